@@ -1,0 +1,233 @@
+//! The report of a job: the very names that the API gives. A report holds no clock, id or timing.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Thresholds, Verdict};
+
+/// Everything that is said of a result.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Report {
+    /// The mesh.
+    pub triangulation: TriangulationReport,
+    /// The flattening.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flattening: Option<FlatteningReport>,
+    /// The seed search, when there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed_search: Option<SeedSearchReport>,
+    /// How the pattern was placed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placement: Option<PlacementReport>,
+    /// The verdict.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
+    /// The distortion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distortion: Option<DistortionReport>,
+    /// The pattern.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pattern: Option<PatternReport>,
+    /// What a person should know.
+    pub warnings: Vec<String>,
+}
+
+/// Aspect ratios of the mesh (thesis 1.6.9).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct AspectRatio {
+    /// Least.
+    pub min: f64,
+    /// Greatest.
+    pub max: f64,
+    /// Share of triangles, percent, in the ranges of Tables 3.3 and 3.4: `[from, to, percent]`.
+    pub histogram: Vec<(f64, Option<f64>, f64)>,
+}
+
+/// The mesh.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct TriangulationReport {
+    /// Vertices.
+    pub vertices: u64,
+    /// Edges.
+    pub edges: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Area of the mesh, mm^2.
+    pub area_mm2: f64,
+    /// Area of the surface inside the trimming loops, by quadrature, mm^2.
+    pub surface_area_mm2: f64,
+    /// Sampled greatest distance between mesh and surface, mm.
+    pub chord_error_mm: f64,
+    /// Longest edge, mm.
+    pub edge_max_mm: f64,
+    /// Points of the grid along u and v.
+    pub grid: [u32; 2],
+    /// Cells of the grid.
+    pub cells: u64,
+    /// Visits of cells by loops.
+    pub cells_traced: u64,
+    /// Distinct cells visited.
+    pub cells_distinct: u64,
+    /// Borders of the mesh.
+    pub borders: u64,
+    /// Pieces of the mesh.
+    pub pieces: u64,
+    /// Aspect ratios.
+    pub aspect_ratio: AspectRatio,
+}
+
+/// The flattening.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct FlatteningReport {
+    /// The method.
+    pub method: String,
+    /// `base` or `trimmed`.
+    pub domain: String,
+    /// The seed triangle.
+    pub seed: u32,
+    /// Levels of the mapping order.
+    pub levels: u64,
+    /// Points averaged.
+    pub averaged_points: u64,
+    /// Triangles flattened.
+    pub flattened: u64,
+    /// Flipped triangles.
+    pub flips: u64,
+    /// Overlaps of far parts; null until something computes it.
+    pub overlaps: Option<u64>,
+}
+
+/// The seed search (thesis 4.4.4).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SeedSearchReport {
+    /// What is minimised: `area` or `shape`.
+    pub measure: String,
+    /// Seeds tried.
+    pub tried: u64,
+    /// Of these, how many flattened the whole mesh.
+    pub succeeded: u64,
+    /// The same in percent.
+    pub success_percent: f64,
+    /// The best seed.
+    pub best: u32,
+    /// Its change, percent.
+    pub best_percent: f64,
+    /// The worst change of a seed that succeeded, percent.
+    pub worst_percent: f64,
+    /// Seeds abandoned since they could no longer win.
+    pub abandoned: u64,
+}
+
+/// How the pattern lies.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct PlacementReport {
+    /// The side one looks at: `show` or `back`.
+    pub side_up: String,
+    /// True when the flat mesh was mirrored to show that side.
+    pub mirrored: bool,
+    /// Rotation applied to the flattening, degrees.
+    pub rotation_deg: f64,
+    /// Place of the flattening's own origin in the pattern, mm.
+    pub origin_mm: [f64; 2],
+}
+
+/// Where an extreme strain stands.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct StrainPlace {
+    /// Place in the domain.
+    pub uv: Option<[f64; 2]>,
+    /// Place in space.
+    pub xyz_mm: [f64; 3],
+    /// Place in the pattern.
+    pub xy_mm: [f64; 2],
+    /// The triangle.
+    pub triangle: u32,
+}
+
+/// Principal strains: 100 (length on the part / length in the pattern - 1); positive = stretched onto the part.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct StrainReport {
+    /// Least.
+    pub min: f64,
+    /// Greatest.
+    pub max: f64,
+    /// 1st percentile by area of the lesser principal strain.
+    pub p01: f64,
+    /// 99th percentile by area of the greater principal strain.
+    pub p99: f64,
+    /// Where the least is.
+    pub at_min: StrainPlace,
+    /// Where the greatest is.
+    pub at_max: StrainPlace,
+}
+
+/// Lengths of one boundary of the part.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct BoundaryReport {
+    /// Index of the loop in the file; null for the natural boundary.
+    pub source_loop: Option<usize>,
+    /// Whether it is a hole.
+    pub hole: bool,
+    /// Length on the surface, mm.
+    pub length_3d_mm: f64,
+    /// Length on the mesh, mm.
+    pub length_mesh_mm: f64,
+    /// Length in the pattern, mm.
+    pub length_2d_mm: f64,
+}
+
+/// The measures of one set of triangles.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct DistortionMeasures {
+    /// Absolute area change (4.9), percent of the 3D area.
+    pub area_change_percent: f64,
+    /// Absolute shape change (4.10), percent of the summed 3D edge lengths.
+    pub shape_change_percent: f64,
+    /// Relative area difference (4.5), positive = shrunk.
+    pub relative_area: f64,
+    /// Relative edge length difference (4.7), positive = shrunk.
+    pub relative_shape: f64,
+    /// Mean over the triangles that change by more than the threshold, mm^2.
+    pub average_area_change_mm2: f64,
+    /// Mean over the edges that change by more than the threshold, mm.
+    pub average_shape_change_mm: f64,
+    /// Principal strains, percent.
+    pub strain_percent: StrainReport,
+    /// Greatest shear angle and its 99th percentile by area, degrees.
+    pub shear_deg: [f64; 2],
+    /// Area-weighted mean of s1^2 + s2^2 + 1/s1^2 + 1/s2^2 (least 4).
+    pub symmetric_dirichlet: f64,
+    /// Triangles that the measures are of.
+    pub triangles: u64,
+}
+
+/// The distortion of the part, and of the base surface where that is larger.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct DistortionReport {
+    /// Of the part: what counts.
+    #[serde(flatten)]
+    pub part: DistortionMeasures,
+    /// Of the whole base surface, with `domain: base`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub base: Option<DistortionMeasures>,
+    /// The part's boundaries.
+    pub boundary: Vec<BoundaryReport>,
+    /// The thresholds of the averages.
+    pub thresholds: Thresholds,
+}
+
+/// The pattern.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct PatternReport {
+    /// Net area: outlines less holes, mm^2.
+    pub area_mm2: f64,
+    /// Length of all outlines and holes, mm.
+    pub perimeter_mm: f64,
+    /// Width and height, mm.
+    pub bounding_box_mm: [f64; 2],
+    /// Pieces.
+    pub pieces: u64,
+    /// Holes.
+    pub holes: u64,
+    /// Points of all outlines and holes.
+    pub points: u64,
+}

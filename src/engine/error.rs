@@ -1,0 +1,146 @@
+//! Typed errors of the engine. Each says what is wrong, where (a [`Place`]), and what to try next ([`Remedy`]).
+//!
+//! The API turns them into problem documents in one place; the texts here are written for a CAD user and are safe to show.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Where something is wrong. Every field that applies is filled.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Place {
+    /// Index of the trimming loop in the file.
+    #[serde(rename = "loop", skip_serializing_if = "Option::is_none")]
+    pub loop_index: Option<usize>,
+    /// Index of the curve in its loop.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub curve: Option<usize>,
+    /// Parameter on that curve.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub t: Option<f64>,
+    /// Place in the surface's domain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uv: Option<[f64; 2]>,
+    /// Place in space, millimetres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub xyz_mm: Option<[f64; 3]>,
+    /// Place in the flat pattern, millimetres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub xy_mm: Option<[f64; 2]>,
+    /// Index of the triangle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub triangle: Option<u32>,
+    /// Level of the mapping order (thesis 4.2.2).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<u32>,
+}
+
+/// A value that a remedy sets.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum SetValue {
+    /// A number.
+    Number(f64),
+    /// A word.
+    Text(String),
+    /// A list of numbers, such as a grid.
+    Numbers(Vec<f64>),
+}
+
+/// Something to try, in words and as settings that a plugin can put on a button.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Remedy {
+    /// What to try, in words.
+    pub say: String,
+    /// Settings that do it: dotted parameter name to value. Empty when no setting helps.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub set: BTreeMap<String, SetValue>,
+}
+
+impl Remedy {
+    /// A remedy in words alone.
+    #[must_use]
+    pub fn say(text: impl Into<String>) -> Self {
+        Self { say: text.into(), set: BTreeMap::new() }
+    }
+
+    /// The same with a setting that does it.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: SetValue) -> Self {
+        self.set.insert(name.to_owned(), value);
+        self
+    }
+}
+
+/// Why the engine could not do what was asked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EngineError {
+    /// The observer no longer wants the result.
+    #[error("the job was cancelled")]
+    Cancelled,
+    /// The surface or a curve is not valid.
+    #[error(transparent)]
+    Nurbs(#[from] super::nurbs::NurbsError),
+    /// The trimming loops do not bound a region.
+    #[error(transparent)]
+    Trimming(#[from] super::trimming::TrimmingError),
+    /// The domain could not be triangulated.
+    #[error(transparent)]
+    Triangulation(#[from] super::triangulation::TriangulationError),
+    /// The mesh could not be flattened.
+    #[error(transparent)]
+    Flattening(#[from] super::flattening::FlatteningError),
+    /// A parameter does not fit this surface.
+    #[error("{name}: {detail}")]
+    Parameter {
+        /// Dotted name of the parameter.
+        name: String,
+        /// What is wrong with it, and what would do.
+        detail: String,
+    },
+}
+
+/// What every error of the engine can tell.
+pub trait Located {
+    /// Stable machine-readable code in kebab case, such as `triangle-flipped`.
+    fn code(&self) -> &'static str;
+    /// Where it is wrong.
+    fn place(&self) -> Place;
+    /// What to try next.
+    fn remedies(&self) -> Vec<Remedy>;
+}
+
+impl Located for EngineError {
+    fn code(&self) -> &'static str {
+        match self {
+            Self::Cancelled => "cancelled",
+            Self::Nurbs(e) => e.code(),
+            Self::Trimming(e) => e.code(),
+            Self::Triangulation(e) => e.code(),
+            Self::Flattening(e) => e.code(),
+            Self::Parameter { .. } => "parameter",
+        }
+    }
+
+    fn place(&self) -> Place {
+        match self {
+            Self::Cancelled | Self::Parameter { .. } => Place::default(),
+            Self::Nurbs(e) => e.place(),
+            Self::Trimming(e) => e.place(),
+            Self::Triangulation(e) => e.place(),
+            Self::Flattening(e) => e.place(),
+        }
+    }
+
+    fn remedies(&self) -> Vec<Remedy> {
+        match self {
+            Self::Cancelled | Self::Parameter { .. } => Vec::new(),
+            Self::Nurbs(e) => e.remedies(),
+            Self::Trimming(e) => e.remedies(),
+            Self::Triangulation(e) => e.remedies(),
+            Self::Flattening(e) => e.remedies(),
+        }
+    }
+}

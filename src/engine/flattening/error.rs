@@ -1,0 +1,94 @@
+//! Why a mesh could not be flattened.
+
+use crate::engine::error::{Located, Place, Remedy, SetValue};
+
+/// Why there is no flattening.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FlatteningError {
+    /// A triangle turned over (thesis 4.4.1, 4.4.2).
+    #[error(
+        "triangle {triangle} flipped at level {level} after {flattened} of {total} triangles were flattened from seed {seed}"
+    )]
+    Flipped {
+        /// The triangle that turned over.
+        triangle: u32,
+        /// The level that was being processed.
+        level: u32,
+        /// The seed.
+        seed: u32,
+        /// Triangles flattened before.
+        flattened: u32,
+        /// All triangles.
+        total: u32,
+        /// Where it is.
+        place: Box<Place>,
+    },
+    /// No seed succeeds: the surface is not "almost developable" (thesis 4.4.2).
+    #[error("none of the {tried} seed triangles flattens this mesh without a flip")]
+    NoSeed {
+        /// How many were tried.
+        tried: u32,
+        /// The failure of the seed that got furthest.
+        furthest: Box<FlatteningError>,
+    },
+    /// The seed does not exist.
+    #[error("seed triangle {seed} does not exist: the mesh has {triangles} triangles")]
+    SeedOutOfRange {
+        /// The seed.
+        seed: u32,
+        /// How many triangles there are.
+        triangles: u32,
+    },
+    /// The seed is given by a place that lies in no triangle.
+    #[error("the seed's place lies outside the mesh")]
+    SeedNotFound,
+    /// Some triangles cannot be reached from the seed over shared edges.
+    #[error("{unreached} of {total} triangles cannot be reached from the seed: the mesh has several pieces")]
+    SeveralPieces {
+        /// How many are left.
+        unreached: u32,
+        /// All triangles.
+        total: u32,
+    },
+}
+
+impl Located for FlatteningError {
+    fn code(&self) -> &'static str {
+        match self {
+            Self::Flipped { .. } => "triangle-flipped",
+            Self::NoSeed { .. } => "no-seed-succeeds",
+            Self::SeedOutOfRange { .. } => "seed-out-of-range",
+            Self::SeedNotFound => "seed-not-found",
+            Self::SeveralPieces { .. } => "several-pieces",
+        }
+    }
+
+    fn place(&self) -> Place {
+        match self {
+            Self::Flipped { place, .. } => (**place).clone(),
+            Self::NoSeed { furthest, .. } => furthest.place(),
+            _ => Place::default(),
+        }
+    }
+
+    fn remedies(&self) -> Vec<Remedy> {
+        match self {
+            Self::Flipped { .. } => vec![
+                Remedy::say("Let every seed be tried.").with("flattening.seed", SetValue::Text("optimum".into())),
+                Remedy::say("Flatten a coarser mesh: sequential flattening fails on dense ones.")
+                    .with("triangulation.grid", SetValue::Numbers(vec![30.0, 30.0])),
+            ],
+            Self::NoSeed { .. } => vec![
+                Remedy::say("Flatten a coarser mesh: sequential flattening fails on dense ones.")
+                    .with("triangulation.grid", SetValue::Numbers(vec![20.0, 20.0])),
+                Remedy::say("Divide the part: this much curvature cannot lie flat without great distortion."),
+            ],
+            Self::SeedOutOfRange { .. } | Self::SeedNotFound => vec![
+                Remedy::say("Take the triangle at the centre.")
+                    .with("flattening.seed", SetValue::Text("centre".into())),
+            ],
+            Self::SeveralPieces { .. } => Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What a job asks for, in the very names that the API, the store and the command line use.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::distortion::{Limits, Thresholds};
+use super::flattening::FlatteningOptions;
+use super::pattern::Placement;
+use super::triangulation::TriangulationOptions;
+
+/// The kind of work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum JobKind {
+    /// A mesh.
+    Triangulate,
+    /// A mesh, its flattening, and the pattern.
+    Flatten,
+}
+
+/// What a seed search minimises.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchMeasure {
+    /// Absolute area change (4.9).
+    #[default]
+    Area,
+    /// Absolute shape change (4.10).
+    Shape,
+}
+
+/// The `search` object of a job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SearchOptions {
+    /// What is minimised.
+    pub measure: SearchMeasure,
+}
+
+/// The parameters of a job: everything but its kind, surface and labels.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct JobOptions {
+    /// How to triangulate.
+    pub triangulation: TriangulationOptions,
+    /// How to flatten.
+    pub flattening: FlatteningOptions,
+    /// How the seed is searched.
+    pub search: SearchOptions,
+    /// How the pattern lies.
+    pub placement: Placement,
+    /// What the verdict is judged by.
+    pub limits: Limits,
+    /// Thresholds of the averages.
+    pub thresholds: Thresholds,
+    /// Chord tolerance of the pattern's curves, mm; absent: 1e-4 of the part's diagonal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub curve_tolerance_mm: Option<f64>,
+    /// Leave out pieces that cannot be flattened instead of failing.
+    pub skip_bad_pieces: bool,
+}
+
+/// Free key-value strings that come back in listings and stand in the pattern's title block.
+pub type Labels = BTreeMap<String, String>;

@@ -1,0 +1,14 @@
+//! Triangle meshes: storage, half-edge topology, measures and invariants.
+
+use glam::{DVec2, DVec3};
+
+/// A triangle mesh as struct of arrays.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    /// Vertex positions, millimetres.
+    pub positions: Vec<DVec3>,
+    /// The vertices' places in the surface's domain, when they have one.
+    pub uv: Option<Vec<DVec2>>,
+    /// Corners, anticlockwise seen from the normal's side.
+    pub triangles: Vec<[u32; 3]>,
+}

@@ -1,0 +1,1 @@
+//! Seeds: candidates and the exhaustive search (thesis 4.4.4).

@@ -1,0 +1,52 @@
+//! Why a domain could not be triangulated as asked.
+
+use crate::engine::error::{Located, Place, Remedy, SetValue};
+
+/// Why there is no mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TriangulationError {
+    /// The density asks for more triangles than are allowed.
+    #[error("this density needs about {estimate} triangles, more than the {limit} that are allowed")]
+    TooManyTriangles {
+        /// How many, estimated.
+        estimate: u64,
+        /// How many are allowed.
+        limit: u64,
+    },
+    /// A cell's polygon could not be triangulated (an internal fault: please report it).
+    #[error("a polygon of the trimmed domain could not be triangulated")]
+    Polygon {
+        /// Where.
+        place: Box<Place>,
+    },
+    /// The surface has no area where it is trimmed.
+    #[error("the surface has no area inside its trimming loops")]
+    NoArea,
+}
+
+impl Located for TriangulationError {
+    fn code(&self) -> &'static str {
+        match self {
+            Self::TooManyTriangles { .. } => "too-many-triangles",
+            Self::Polygon { .. } => "polygon",
+            Self::NoArea => "no-area",
+        }
+    }
+
+    fn place(&self) -> Place {
+        match self {
+            Self::Polygon { place } => (**place).clone(),
+            _ => Place::default(),
+        }
+    }
+
+    fn remedies(&self) -> Vec<Remedy> {
+        match self {
+            Self::TooManyTriangles { .. } => vec![
+                Remedy::say("Ask for a coarser mesh.").with("triangulation.grid", SetValue::Numbers(vec![60.0, 60.0])),
+            ],
+            _ => Vec::new(),
+        }
+    }
+}

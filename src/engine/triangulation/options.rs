@@ -1,0 +1,65 @@
+//! How a surface is to be triangulated: the very names that a job uses.
+
+use serde::{Deserialize, Serialize};
+
+/// The method.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TriangulationMethod {
+    /// Loops are traced through the cells of a grid (thesis chapter 3).
+    #[default]
+    Tracing,
+    /// The grid of the whole domain, without loops (thesis chapter 5).
+    Grid,
+}
+
+/// How the diagonals of the grid's cells are placed (thesis 5.2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Configuration {
+    /// All diagonals run from (i, j) to (i+1, j+1).
+    #[default]
+    Regular,
+    /// All diagonals run from (i+1, j) to (i, j+1).
+    RegularMirrored,
+    /// A checkerboard of both: interior valencies 4 and 8.
+    Diamond,
+    /// Both, alternating by row.
+    ChevronRows,
+    /// Both, alternating by column.
+    ChevronColumns,
+}
+
+/// How dense the mesh is: exactly one of these is given.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Density {
+    /// Largest distance between mesh and surface, mm.
+    Chord(f64),
+    /// The same as a fraction of the part's diagonal.
+    ChordRelative(f64),
+    /// Largest difference between the mesh's area and the surface's, mm^2 (the thesis's criterion).
+    Area(f64),
+    /// The same as a fraction of the surface's area.
+    AreaRelative(f64),
+    /// Largest edge, mm.
+    Edge(f64),
+}
+
+/// The `triangulation` object of a job. At most one of `grid` and `tolerance` is given.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TriangulationOptions {
+    /// The method.
+    pub method: TriangulationMethod,
+    /// Points along u and v, uniform over the domain, at least 2 each.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<[u32; 2]>,
+    /// A tolerance that places rows and columns by need.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Density>,
+    /// The diagonals.
+    pub configuration: Configuration,
+    /// Phase of `diamond` and `chevron-*`: 0, or 1 to begin with the other diagonal.
+    pub phase: u8,
+}

@@ -1,0 +1,38 @@
+//! The polygonised trimmed domain: loops as polylines, oriented by their nesting.
+
+use glam::DVec2;
+
+/// Where a point of a boundary loop comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// Index of the curve in its loop (as sent).
+    pub curve: u32,
+    /// Parameter on that curve.
+    pub t: f64,
+}
+
+/// One closed polyline of the region's boundary. The first point is not repeated at the end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BoundaryLoop {
+    /// Points in the domain; anticlockwise at even depth (the region lies to the left), clockwise at odd depth.
+    pub points: Vec<DVec2>,
+    /// Where each point comes from. Empty for the natural boundary of an untrimmed surface.
+    pub sources: Vec<CurvePoint>,
+    /// True where a point is a corner: the end of a curve at which the tangent turns, or a vertex of a polyline.
+    pub corners: Vec<bool>,
+    /// Index of the loop in the file; `None` for the natural boundary.
+    pub source_loop: Option<usize>,
+    /// How many other loops contain this one: even = outer boundary of a part, odd = hole.
+    pub depth: u32,
+    /// Index in [`TrimRegion::loops`] of the smallest loop that contains this one.
+    pub parent: Option<usize>,
+}
+
+/// The trimmed domain: what lies to the left of all loops.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TrimRegion {
+    /// The loops, in the order of the file.
+    pub loops: Vec<BoundaryLoop>,
+    /// True when the surface has no trimming loops: the single loop is the border of the domain.
+    pub natural: bool,
+}

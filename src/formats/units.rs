@@ -1,0 +1,33 @@
+//! Units of length.
+
+use serde::{Deserialize, Serialize};
+
+/// A unit of length that a file may be in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Units {
+    /// Millimetre.
+    Mm,
+    /// Centimetre.
+    Cm,
+    /// Metre.
+    M,
+    /// Inch.
+    In,
+    /// Foot.
+    Ft,
+}
+
+impl Units {
+    /// How many millimetres one unit is.
+    #[must_use]
+    pub const fn millimetres(self) -> f64 {
+        match self {
+            Self::Mm => 1.0,
+            Self::Cm => 10.0,
+            Self::M => 1000.0,
+            Self::In => 25.4,
+            Self::Ft => 304.8,
+        }
+    }
+}
