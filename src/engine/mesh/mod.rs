@@ -2,6 +2,14 @@
 
 use glam::{DVec2, DVec3};
 
+mod fault;
+#[cfg(test)]
+pub(crate) mod test_meshes;
+pub mod topology;
+
+pub use fault::MeshFault;
+pub use topology::Topology;
+
 /// A triangle mesh as struct of arrays.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
