@@ -15,5 +15,9 @@
 //! | [`formats`] | bytes to geometry and back |
 //! | [`engine`] | geometry, pure and synchronous |
 
+pub mod api;
+pub mod config;
 pub mod engine;
 pub mod formats;
+pub mod server;
+pub mod telemetry;
