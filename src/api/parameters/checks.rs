@@ -1,0 +1,223 @@
+//! Whether the values of a job's parameters have a meaning: each alone, together, and on the surface at hand.
+
+use crate::engine::flattening::{FlatteningDomain, SeedChoice};
+use crate::engine::job::JobOptions;
+use crate::engine::nurbs::Domain;
+use crate::engine::pattern::Align;
+use crate::engine::triangulation::{Density, TriangulationMethod};
+use crate::formats::faults::Fault;
+
+use super::fault;
+
+/// Points of a grid along one direction. Above 4096 the rows of a pattern would lie closer than any cutter resolves.
+pub const GRID_POINTS: std::ops::RangeInclusive<u32> = 2..=4096;
+/// Most triangles of a mesh: about 1 GB of memory at the peak of a job.
+pub const MAX_TRIANGLES: u64 = 4_000_000;
+/// A seed or a direction may lie outside the domain by so much of its width and counts as on the border: files and
+/// plugins round.
+const DOMAIN_SLACK: f64 = 1e-9;
+
+/// Every fault of the options on a surface with this domain. An empty list: the job may be queued.
+#[must_use]
+pub fn check(options: &JobOptions, domain: Option<Domain>) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    triangulation(options, &mut faults);
+    seed(options, domain, &mut faults);
+    placement(options, &mut faults);
+    numbers(options, &mut faults);
+    faults
+}
+
+fn triangulation(options: &JobOptions, faults: &mut Vec<Fault>) {
+    let asked = &options.triangulation;
+    if asked.grid.is_some() && asked.tolerance.is_some() {
+        faults.push(fault("/triangulation/tolerance", "give either a grid or a tolerance, not both"));
+    }
+    if let Some(grid) = asked.grid {
+        let mut sound = true;
+        for (i, points) in grid.iter().enumerate() {
+            if !GRID_POINTS.contains(points) {
+                sound = false;
+                faults.push(fault(
+                    format!("/triangulation/grid/{i}"),
+                    format!("a grid has {} to {} points along each direction", GRID_POINTS.start(), GRID_POINTS.end()),
+                ));
+            }
+        }
+        let triangles = grid_triangles(grid);
+        if sound && triangles > MAX_TRIANGLES {
+            faults.push(fault(
+                "/triangulation/grid",
+                format!("this grid gives {triangles} triangles, and at most {MAX_TRIANGLES} are worked on"),
+            ));
+        }
+    }
+    if let Some(tolerance) = asked.tolerance {
+        let (name, value, greatest) = match tolerance {
+            Density::Chord(x) => ("chord", x, f64::MAX),
+            Density::ChordRelative(x) => ("chord_relative", x, 1.0),
+            Density::Area(x) => ("area", x, f64::MAX),
+            Density::AreaRelative(x) => ("area_relative", x, 1.0),
+            Density::Edge(x) => ("edge", x, f64::MAX),
+        };
+        if !(value > 0.0 && value <= greatest) {
+            let range = if greatest < f64::MAX { format!(" and at most {greatest}") } else { String::new() };
+            faults.push(fault(
+                format!("/triangulation/tolerance/{name}"),
+                format!("a tolerance is greater than 0{range}"),
+            ));
+        }
+    }
+    if asked.phase > 1 {
+        faults.push(fault("/triangulation/phase", "the phase is 0 or 1"));
+    }
+}
+
+/// Triangles of a whole grid.
+fn grid_triangles([m, n]: [u32; 2]) -> u64 {
+    2 * u64::from(m.saturating_sub(1)) * u64::from(n.saturating_sub(1))
+}
+
+fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
+    match options.flattening.seed {
+        Some(SeedChoice::Uv(uv)) => {
+            let Some(domain) = domain else { return };
+            for (i, (x, [from, to])) in uv.into_iter().zip([domain.u, domain.v]).enumerate() {
+                let slack = DOMAIN_SLACK * (to - from);
+                if !(x >= from - slack && x <= to + slack) {
+                    faults.push(fault(
+                        format!("/flattening/seed/uv/{i}"),
+                        format!("{x} is outside the surface's domain, which runs from {from} to {to} here"),
+                    ));
+                }
+            }
+        }
+        Some(SeedChoice::Index(index)) => {
+            // A trimmed mesh may have more triangles than the grid has; the mesh of the whole grid never does.
+            let whole = options.triangulation.method == TriangulationMethod::Grid
+                || options.flattening.domain == FlatteningDomain::Base;
+            if let Some(grid) = options.triangulation.grid
+                && whole
+                && u64::from(index) >= grid_triangles(grid)
+            {
+                faults.push(fault(
+                    "/flattening/seed",
+                    format!("there is no triangle {index}: this grid has {}, counted from 0", grid_triangles(grid)),
+                ));
+            }
+        }
+        Some(SeedChoice::Xyz(xyz)) => finite("/flattening/seed/xyz", &xyz, faults),
+        Some(SeedChoice::Centre | SeedChoice::Optimum) | None => {}
+    }
+}
+
+fn placement(options: &JobOptions, faults: &mut Vec<Fault>) {
+    let direction = match &options.placement.align {
+        Align::Uv(d) => Some(("/placement/align/uv", d.as_slice())),
+        Align::Xyz(d) => Some(("/placement/align/xyz", d.as_slice())),
+        Align::U | Align::V => None,
+    };
+    if let Some((pointer, d)) = direction {
+        finite(pointer, d, faults);
+        if d.iter().all(|x| *x == 0.0) {
+            faults.push(fault(pointer, "a direction cannot be zero in all coordinates"));
+        }
+    }
+    if !(-360.0..=360.0).contains(&options.placement.to_deg) {
+        faults.push(fault("/placement/to_deg", "an angle is from -360 to 360 degrees"));
+    }
+}
+
+fn numbers(options: &JobOptions, faults: &mut Vec<Fault>) {
+    let limits = &options.limits;
+    let at_least_zero = [
+        ("/limits/stretch_percent", limits.stretch_percent),
+        ("/limits/compression_percent", limits.compression_percent),
+        ("/limits/area_percent", limits.area_percent),
+        ("/limits/shape_percent", limits.shape_percent),
+        ("/limits/shear_deg", limits.shear_deg),
+        ("/limits/boundary_percent", limits.boundary_percent),
+        ("/thresholds/area_mm2", Some(options.thresholds.area_mm2)),
+        ("/thresholds/length_mm", Some(options.thresholds.length_mm)),
+    ];
+    for (pointer, value) in at_least_zero {
+        if value.is_some_and(|x| !(x.is_finite() && x >= 0.0)) {
+            faults.push(fault(pointer, "this number is 0 or greater"));
+        }
+    }
+    if options.curve_tolerance_mm.is_some_and(|x| !(x.is_finite() && x > 0.0)) {
+        faults.push(fault("/curve_tolerance_mm", "a tolerance is greater than 0"));
+    }
+}
+
+fn finite(pointer: &str, values: &[f64], faults: &mut Vec<Fault>) {
+    for (i, x) in values.iter().enumerate() {
+        if !x.is_finite() {
+            faults.push(fault(format!("{pointer}/{i}"), "this is not a finite number"));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    fn pointers(job: Value) -> Vec<String> {
+        let options = super::super::read(job).unwrap().options;
+        let domain = Domain { u: [0.0, 2.0], v: [-1.0, 1.0] };
+        check(&options, Some(domain)).into_iter().map(|f| f.pointer).collect()
+    }
+
+    #[test]
+    fn the_defaults_have_no_fault() {
+        assert!(pointers(json!({})).is_empty());
+    }
+
+    #[test]
+    fn every_value_without_a_meaning_is_found_at_once() {
+        let found = pointers(json!({
+            "triangulation": { "tolerance": { "chord": -1 }, "grid": [1, 5000], "phase": 2 },
+            "flattening": { "seed": { "uv": [3, 0] } },
+            "placement": { "align": { "xyz": [0, 0, 0] }, "to_deg": 400 },
+            "limits": { "stretch_percent": -3 },
+            "thresholds": { "area_mm2": -0.1 },
+            "curve_tolerance_mm": 0
+        }));
+        assert_eq!(
+            found,
+            [
+                "/triangulation/tolerance",
+                "/triangulation/grid/0",
+                "/triangulation/grid/1",
+                "/triangulation/tolerance/chord",
+                "/triangulation/phase",
+                "/flattening/seed/uv/0",
+                "/placement/align/xyz",
+                "/placement/to_deg",
+                "/limits/stretch_percent",
+                "/thresholds/area_mm2",
+                "/curve_tolerance_mm",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_grid_of_too_many_triangles_is_refused() {
+        assert_eq!(pointers(json!({ "triangulation": { "grid": [4096, 4096] } })), ["/triangulation/grid"]);
+        assert!(pointers(json!({ "triangulation": { "grid": [1400, 1400] } })).is_empty());
+    }
+
+    #[test]
+    fn a_seed_beyond_the_grid_is_refused() {
+        let job = |seed: u32| json!({ "triangulation": { "grid": [3, 3] }, "flattening": { "seed": seed } });
+        assert!(pointers(job(7)).is_empty());
+        assert_eq!(pointers(job(8)), ["/flattening/seed"]);
+    }
+
+    #[test]
+    fn a_seed_on_the_border_is_taken() {
+        assert!(pointers(json!({ "flattening": { "seed": { "uv": [2.0, -1.0] } } })).is_empty());
+    }
+}

@@ -1,0 +1,151 @@
+//! The parameters of a job as a user writes them, in a request's body, in `set` options, or in the command line's file.
+//!
+//! Reading goes in two steps, and each gives *all* its faults with JSON Pointers: [`read`] finds what has no place in a
+//! job or has the wrong type; [`check`] finds values that have no meaning, alone, together, or on this surface.
+
+mod checks;
+mod labels;
+mod reading;
+mod set;
+
+use serde_json::{Map, Value, json};
+
+use crate::engine::job::{JobKind, JobOptions, Labels};
+use crate::formats::faults::Fault;
+
+pub use checks::{GRID_POINTS, MAX_TRIANGLES, check};
+pub use set::assign;
+
+/// Default chord tolerance, as a fraction of the part's diagonal.
+pub const DEFAULT_CHORD_RELATIVE: f64 = 0.001;
+
+/// A job as it was asked for.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct JobRequest {
+    /// The kind of work, where it was named.
+    pub kind: Option<JobKind>,
+    /// The surface's id, where it was named.
+    pub surface: Option<String>,
+    /// Labels.
+    pub labels: Labels,
+    /// Everything else.
+    pub options: JobOptions,
+}
+
+/// Reads a job from JSON.
+///
+/// # Errors
+/// Every fault: parameters that do not exist, and values of the wrong type.
+pub fn read(value: Value) -> Result<JobRequest, Vec<Fault>> {
+    let Value::Object(mut object) = value else {
+        return Err(vec![fault("", "a job is a JSON object, such as { \"kind\": \"flatten\", \"surface\": \"…\" }")]);
+    };
+    let mut faults = Vec::new();
+    let kind = object.remove("kind").and_then(|value| match serde_json::from_value(value) {
+        Ok(kind) => Some(kind),
+        Err(error) => {
+            faults.push(fault("/kind", format!("{error}")));
+            None
+        }
+    });
+    let surface = match object.remove("surface") {
+        None => None,
+        Some(Value::String(id)) => Some(id),
+        Some(_) => {
+            faults.push(fault("/surface", "the id of a surface, as POST /v1/surfaces gave it, is a string"));
+            None
+        }
+    };
+    let labels = object.remove("labels").map_or_else(Labels::new, |value| labels::read(value, &mut faults));
+    let options = reading::options(Value::Object(object), &mut faults);
+    match options {
+        Some(options) if faults.is_empty() => Ok(JobRequest { kind, surface, labels, options }),
+        _ => Err(faults),
+    }
+}
+
+/// The options as a job's document shows them: with the defaults that were taken.
+#[must_use]
+pub fn with_defaults(options: &JobOptions) -> Map<String, Value> {
+    // Options hold numbers, words and lists of them: they can always be written.
+    let mut object = match serde_json::to_value(options) {
+        Ok(Value::Object(object)) => object,
+        _ => Map::new(),
+    };
+    if options.triangulation.grid.is_none()
+        && options.triangulation.tolerance.is_none()
+        && let Some(Value::Object(triangulation)) = object.get_mut("triangulation")
+    {
+        triangulation.insert("tolerance".to_owned(), json!({ "chord_relative": DEFAULT_CHORD_RELATIVE }));
+    }
+    object
+}
+
+fn fault(pointer: impl Into<String>, detail: impl Into<String>) -> Fault {
+    Fault { pointer: pointer.into(), detail: detail.into(), place: None }
+}
+
+/// One step of a JSON Pointer (RFC 6901).
+fn escaped(key: &str) -> String {
+    key.replace('~', "~0").replace('/', "~1")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_in_full_is_read() {
+        let job = read(json!({
+            "kind": "flatten", "surface": "3f9c",
+            "triangulation": { "method": "tracing", "grid": [60, 60], "configuration": "regular" },
+            "flattening": {
+                "method": "cader", "domain": "base", "seed": "optimum",
+                "readings": { "order": "index", "parent": "first", "anchor": "end", "average": "pair", "check": "incident" }
+            },
+            "labels": { "part_number": "4711-A", "order": "2231" }
+        }))
+        .unwrap();
+        assert_eq!(job.kind, Some(JobKind::Flatten));
+        assert_eq!(job.surface.as_deref(), Some("3f9c"));
+        assert_eq!(job.options.triangulation.grid, Some([60, 60]));
+        assert_eq!(job.labels["order"], "2231");
+    }
+
+    #[test]
+    fn all_faults_are_found_at_once() {
+        let faults = read(json!({
+            "kind": "fold", "surface": 3,
+            "labels": { "a": 1 },
+            "triangulation": { "grid": [60], "foo": { "x": 1 }, "phase": "no" },
+            "flattening": { "sed": "centre", "readings": { "order": "up", "parent": "first" } },
+            "colour": "red"
+        }))
+        .unwrap_err();
+        let mut pointers: Vec<_> = faults.iter().map(|f| f.pointer.as_str()).collect();
+        pointers.sort_unstable();
+        assert_eq!(
+            pointers,
+            [
+                "/colour",
+                "/flattening/readings/order",
+                "/flattening/sed",
+                "/kind",
+                "/labels/a",
+                "/surface",
+                "/triangulation/foo",
+                "/triangulation/grid",
+                "/triangulation/phase",
+            ]
+        );
+    }
+
+    #[test]
+    fn the_defaults_that_are_taken_are_shown() {
+        let shown = with_defaults(&JobOptions::default());
+        assert_eq!(shown["triangulation"]["tolerance"]["chord_relative"], 0.001);
+        assert_eq!(shown["flattening"]["readings"]["average"], "pair");
+        let gridded = read(json!({ "triangulation": { "grid": [4, 4] } })).unwrap();
+        assert!(with_defaults(&gridded.options)["triangulation"].get("tolerance").is_none());
+    }
+}
