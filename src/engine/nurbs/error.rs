@@ -66,6 +66,16 @@ pub enum NurbsError {
         /// Flat index of the weight.
         index: usize,
     },
+    /// A knot cannot be inserted: it lies outside the domain, or would be there more than degree + 1 times.
+    #[error("{what}: a knot cannot be inserted {times} times at {value}")]
+    Insertion {
+        /// The direction: `t`, `u` or `v`.
+        what: &'static str,
+        /// The knot.
+        value: f64,
+        /// How often it was to be inserted.
+        times: usize,
+    },
 }
 
 impl Located for NurbsError {

@@ -62,4 +62,82 @@ impl KnotVector {
     pub fn domain(&self) -> [f64; 2] {
         [self.knots[self.degree], self.knots[self.knots.len() - self.degree - 1]]
     }
+
+    /// Index `s` of the span that `t` is evaluated in: `knots[s] <= t < knots[s + 1]`, and the last span that is not
+    /// empty where `t` is the domain's end or beyond it (so ends are evaluated from inside, and (1.2a) is half open).
+    #[must_use]
+    pub fn span(&self, t: f64) -> usize {
+        let first = self.degree;
+        let last = self.control_count() - 1;
+        let inside = &self.knots[first..=last + 1];
+        let mut s = first + inside.partition_point(|&k| k <= t).saturating_sub(1);
+        s = s.min(last);
+        while s > first && self.knots[s] >= self.knots[s + 1] {
+            s -= 1;
+        }
+        while s < last && self.knots[s] >= self.knots[s + 1] {
+            s += 1;
+        }
+        s
+    }
+
+    /// `t` moved into the domain.
+    #[must_use]
+    pub fn clamp(&self, t: f64) -> f64 {
+        let [a, b] = self.domain();
+        t.clamp(a, b)
+    }
+
+    /// Indices of the spans of the domain that are not empty, in order. There is at least one.
+    pub fn spans(&self) -> impl Iterator<Item = usize> + '_ {
+        (self.degree..self.control_count()).filter(|&s| self.knots[s] < self.knots[s + 1])
+    }
+
+    /// The distinct knots of the domain, its ends included, in order. There are at least two.
+    #[must_use]
+    pub fn breaks(&self) -> Vec<f64> {
+        let mut breaks: Vec<f64> = self.spans().map(|s| self.knots[s]).collect();
+        breaks.push(self.domain()[1]);
+        breaks
+    }
+
+    /// How often `t` occurs among the knots.
+    #[must_use]
+    pub fn multiplicity(&self, t: f64) -> usize {
+        self.knots.iter().filter(|&&k| k == t).count()
+    }
+
+    /// The vector with `t` once more in its place. `t` is a number of the domain; the caller has checked the multiplicity.
+    pub(super) fn with(&self, t: f64) -> Self {
+        let mut knots = self.knots.clone();
+        knots.insert(knots.partition_point(|&k| k <= t), t);
+        Self { degree: self.degree, knots }
+    }
+
+    /// The vector walked backwards over the same domain.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let [a, b] = self.domain();
+        let mirror = |k: f64| {
+            if k == a {
+                b
+            } else if k == b {
+                a
+            } else if k < a {
+                (a + b - k).max(b)
+            } else if k > b {
+                (a + b - k).min(a)
+            } else {
+                (a + b - k).clamp(a, b)
+            }
+        };
+        Self { degree: self.degree, knots: self.knots.iter().rev().map(|&k| mirror(k)).collect() }
+    }
+
+    /// The clamped vector of one Bezier segment over `domain`.
+    pub(super) fn bezier(degree: usize, domain: [f64; 2]) -> Self {
+        let mut knots = vec![domain[0]; degree + 1];
+        knots.resize(2 * (degree + 1), domain[1]);
+        Self { degree, knots }
+    }
 }
