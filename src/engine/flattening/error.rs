@@ -1,6 +1,7 @@
 //! Why a mesh could not be flattened.
 
 use crate::engine::error::{Located, Place, Remedy, SetValue};
+use crate::engine::mesh::MeshFault;
 
 /// Why there is no flattening.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -51,6 +52,9 @@ pub enum FlatteningError {
         /// All triangles.
         total: u32,
     },
+    /// The mesh itself is at fault.
+    #[error(transparent)]
+    Mesh(#[from] MeshFault),
 }
 
 impl Located for FlatteningError {
@@ -61,6 +65,7 @@ impl Located for FlatteningError {
             Self::SeedOutOfRange { .. } => "seed-out-of-range",
             Self::SeedNotFound => "seed-not-found",
             Self::SeveralPieces { .. } => "several-pieces",
+            Self::Mesh(fault) => fault.code(),
         }
     }
 
@@ -68,6 +73,7 @@ impl Located for FlatteningError {
         match self {
             Self::Flipped { place, .. } => (**place).clone(),
             Self::NoSeed { furthest, .. } => furthest.place(),
+            Self::Mesh(fault) => fault.place(),
             _ => Place::default(),
         }
     }
@@ -89,6 +95,7 @@ impl Located for FlatteningError {
                     .with("flattening.seed", SetValue::Text("centre".into())),
             ],
             Self::SeveralPieces { .. } => Vec::new(),
+            Self::Mesh(fault) => fault.remedies(),
         }
     }
 }

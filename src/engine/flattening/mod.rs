@@ -1,8 +1,12 @@
 //! From a mesh in space to the plane (thesis chapter 4).
 
+pub mod cader;
 mod error;
+mod mapping_order;
 mod options;
 mod outcome;
+mod rings;
+mod unfolding;
 
 pub use error::FlatteningError;
 pub use options::{

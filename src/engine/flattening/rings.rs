@@ -1,0 +1,127 @@
+//! The vertices around each vertex, laid out for the flip check.
+//!
+//! The ring of a vertex lists its neighbours fan by fan, anticlockwise, so that each two that follow one another make a
+//! triangle with it. An inner vertex has its first neighbour again at the end. Between two fans (a vertex where parts of
+//! the mesh only touch) stands the number of a vertex that does not exist: its place is kept as NaN, and no comparison
+//! with NaN finds a flip.
+
+use crate::engine::mesh::Topology;
+use crate::engine::mesh::topology::{NONE, next, prev};
+
+/// Rings of all vertices.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Rings {
+    starts: Vec<u32>,
+    neighbours: Vec<u32>,
+    /// The triangle between a neighbour and the next one, [`NONE`] at the end of a fan.
+    triangles: Vec<u32>,
+}
+
+impl Rings {
+    /// Rings of a mesh: O(triangles).
+    pub(super) fn new(topology: &Topology) -> Self {
+        let gap = topology.vertex_count() as u32;
+        let halfedges = 3 * topology.triangle_count() as u32;
+        // First half-edge of each fan: at the border its clockwise end, else the least of the fan.
+        let mut seen = vec![false; halfedges as usize];
+        let mut fans: Vec<(u32, u32)> = Vec::new();
+        let mut lengths = vec![0_u32; topology.vertex_count() + 1];
+        for border in [true, false] {
+            for first in 0..halfedges {
+                if seen[first as usize] || (border && topology.twin(first) != NONE) {
+                    continue;
+                }
+                let mut count = 0;
+                for h in fan(topology, first) {
+                    seen[h as usize] = true;
+                    count += 1;
+                }
+                fans.push((first, count));
+                // The neighbours of the fan and one gap after it.
+                lengths[topology.origin(first) as usize + 1] += count + 2;
+            }
+        }
+        for v in 0..topology.vertex_count() {
+            lengths[v + 1] += lengths[v];
+        }
+        let starts = lengths;
+        let mut place = starts.clone();
+        let total = starts.last().map_or(0, |&n| n as usize);
+        let mut rings = Self { starts, neighbours: vec![gap; total], triangles: vec![NONE; total] };
+        for &(first, count) in &fans {
+            let at = &mut place[topology.origin(first) as usize];
+            for h in fan(topology, first) {
+                rings.neighbours[*at as usize] = topology.target(h);
+                rings.triangles[*at as usize] = h / 3;
+                rings.neighbours[*at as usize + 1] = topology.origin(prev(h));
+                *at += 1;
+            }
+            debug_assert!(count > 0);
+            *at += 2;
+        }
+        rings
+    }
+
+    /// The ring of a vertex.
+    #[inline]
+    pub(super) fn of(&self, vertex: u32) -> &[u32] {
+        // The last entry is always a gap.
+        &self.neighbours[self.range(vertex)]
+    }
+
+    /// The triangles that go with [`Rings::of`].
+    pub(super) fn triangles_of(&self, vertex: u32) -> &[u32] {
+        &self.triangles[self.range(vertex)]
+    }
+
+    #[inline]
+    fn range(&self, vertex: u32) -> std::ops::Range<usize> {
+        let (start, end) = (self.starts[vertex as usize] as usize, self.starts[vertex as usize + 1] as usize);
+        start..end.saturating_sub(1).max(start)
+    }
+}
+
+/// The half-edges out of one vertex, anticlockwise from the given one, to the border or all round.
+fn fan(topology: &Topology, first: u32) -> impl Iterator<Item = u32> {
+    std::iter::successors(Some(first), move |&h| {
+        let turned = topology.twin(prev(h));
+        debug_assert!(turned == NONE || next(prev(h)) == h);
+        (turned != NONE && turned != first).then_some(turned)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::mesh::test_meshes::{Diagonal, grid_triangles};
+
+    #[test]
+    fn rings_hold_each_triangle_of_a_vertex_once_between_its_two_other_corners() {
+        for diagonal in Diagonal::ALL {
+            let triangles = grid_triangles(6, 5, diagonal);
+            let topology = Topology::of_triangles(&triangles, 30).unwrap();
+            let rings = Rings::new(&topology);
+            for v in 0..30_u32 {
+                let mut found: Vec<u32> = Vec::new();
+                for (pair, &t) in rings.of(v).windows(2).zip(rings.triangles_of(v)) {
+                    let [a, b, c] = triangles[t as usize];
+                    assert!([[a, b, c], [b, c, a], [c, a, b]].contains(&[v, pair[0], pair[1]]));
+                    found.push(t);
+                }
+                found.sort_unstable();
+                let expected: Vec<u32> =
+                    (0..triangles.len() as u32).filter(|&t| triangles[t as usize].contains(&v)).collect();
+                assert_eq!(found, expected);
+            }
+        }
+    }
+
+    #[test]
+    fn a_vertex_where_two_fans_touch_has_a_gap_between_them() {
+        let topology = Topology::of_triangles(&[[0, 1, 2], [0, 3, 4]], 6).unwrap();
+        let rings = Rings::new(&topology);
+        assert_eq!(rings.of(0), [1, 2, 6, 3, 4]);
+        assert_eq!(rings.triangles_of(0), [0, NONE, NONE, 1, NONE]);
+        assert!(rings.of(5).is_empty());
+    }
+}
