@@ -1,9 +1,11 @@
 //! From a trimmed domain to a mesh (thesis chapter 3 and 5.2): density, cells, tracing, polygons, configurations.
 
 mod error;
+mod grid;
 mod options;
 mod outcome;
 
 pub use error::TriangulationError;
+pub use grid::grid_mesh;
 pub use options::{Configuration, Density, TriangulationMethod, TriangulationOptions};
 pub use outcome::{DomainMesh, GridLines, Lifted, TracingCounts};
