@@ -1,4 +1,29 @@
 //! Bytes to geometry and back. In: trimmed-surface JSON. Out: GLB, DXF, SVG, JSON.
+//!
+//! | module | what |
+//! |---|---|
+//! | [`sniff`] | what the first bytes of a body are |
+//! | [`surface_json`] | reads and writes a trimmed surface; finds all faults at once |
+//! | [`summary`] | what is said of a surface when it is sent |
+//! | [`dxf`], [`svg`], [`pattern_json`] | a pattern to cut |
+//! | [`glb`], [`mesh_json`] | a mesh in space with its flattening |
+//! | [`report_json`] | the report |
+//! | [`stored`] | mesh and pattern as they are kept, exact to the bit |
+//!
+//! Every writer is a pure function from values to bytes: the same values give the same bytes. A number that is not
+//! finite is refused ([`WriteError`]) and never written as `null` or `NaN` by accident.
 
+mod drawing;
 pub mod faults;
+mod model;
+mod numbers;
+pub mod report_json;
+pub mod sniff;
+pub mod stored;
+pub mod summary;
+pub mod surface_json;
 pub mod units;
+
+pub use drawing::{TitleBlock, dxf, file_stem, pattern_json, svg};
+pub use model::{MeshParts, glb, mesh_json};
+pub use numbers::WriteError;

@@ -19,6 +19,21 @@ pub enum Units {
 }
 
 impl Units {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Mm, Self::Cm, Self::M, Self::In, Self::Ft];
+
+    /// The word that stands for it in files and parameters.
+    #[must_use]
+    pub const fn symbol(self) -> &'static str {
+        match self {
+            Self::Mm => "mm",
+            Self::Cm => "cm",
+            Self::M => "m",
+            Self::In => "in",
+            Self::Ft => "ft",
+        }
+    }
+
     /// How many millimetres one unit is.
     #[must_use]
     pub const fn millimetres(self) -> f64 {

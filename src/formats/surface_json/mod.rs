@@ -1,0 +1,90 @@
+//! The trimmed-surface JSON: reads it and writes it.
+//!
+//! Reading goes in two passes: [`draft`] pulls every field into arrays and notes what is wrong with each value by
+//! itself; [`check`] holds the fields against each other and makes the engine's types. All faults come out together,
+//! each with its JSON Pointer. Lengths come out in millimetres. Numbers keep their last bit when the file is in
+//! millimetres. Work and memory are linear in the size of the text, within [`limits`].
+
+mod check;
+mod draft;
+mod envelope;
+pub mod limits;
+mod text;
+mod write;
+
+use std::collections::BTreeMap;
+
+pub use envelope::{Envelope, envelope};
+pub use limits::ReadLimits;
+pub use write::write;
+
+use super::faults::{Fault, FaultList};
+use super::sniff::BYTE_ORDER_MARK;
+use super::units::Units;
+use crate::engine::trimming::{Side, TrimmedSurface};
+
+/// How a file is to be read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReadOptions {
+    /// Unit of length; goes before what the file says.
+    pub units: Option<Units>,
+    /// The show side; goes before what the file says.
+    pub side: Option<Side>,
+    /// What the file may hold at most.
+    pub limits: ReadLimits,
+    /// Stands before every pointer: `/surface` when the surface is a part of a larger document.
+    pub pointer_prefix: String,
+}
+
+/// A surface as read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadSurface {
+    /// Its name in the file.
+    pub name: Option<String>,
+    /// The unit that the file's lengths were taken in.
+    pub units: Units,
+    /// The labels in the file.
+    pub labels: BTreeMap<String, String>,
+    /// The surface, in millimetres.
+    pub trimmed: TrimmedSurface,
+    /// What the file did not say outright, in words.
+    pub inferred: Vec<String>,
+}
+
+/// Reads a trimmed surface.
+///
+/// # Errors
+/// All faults that were found (at most [`super::faults::MAX_FAULTS`] are listed). Text that is not JSON ends the search
+/// with a fault that names line and column; faults before it are listed all the same.
+pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<ReadSurface, Vec<Fault>> {
+    let mut faults = FaultList::default();
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => {
+            let place = line_and_column(bytes, error.valid_up_to());
+            faults.add(options.pointer_prefix.clone(), format!("{place}: the text is not UTF-8"));
+            return Err(faults.into_faults());
+        }
+    };
+    match draft::read(text, &options.pointer_prefix, &options.limits, &mut faults) {
+        Err((error, pointer)) => {
+            let place = line_and_column(bytes, error.at);
+            faults.add(pointer, format!("{place}: {}", error.detail));
+            Err(faults.into_faults())
+        }
+        Ok(draft) => check::check(draft, options, &mut faults).ok_or_else(|| faults.into_faults()),
+    }
+}
+
+/// A byte offset as a person finds it: both counted from 1, columns in characters.
+fn line_and_column(bytes: &[u8], at: usize) -> String {
+    let before = &bytes[..at.min(bytes.len())];
+    let line = before.iter().filter(|b| **b == b'\n').count() + 1;
+    let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+    let column = String::from_utf8_lossy(&before[start..]).chars().count() + 1;
+    format!("line {line}, column {column}")
+}
+
+#[cfg(test)]
+mod tests;

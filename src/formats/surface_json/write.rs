@@ -1,0 +1,87 @@
+//! Writes a trimmed surface as JSON, one row of the net, one curve a line, every number to its last bit.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use glam::{DVec2, DVec3};
+
+use super::check::side_word;
+use crate::engine::trimming::{TrimCurve, TrimShape, TrimmedSurface};
+
+/// The file's text, in millimetres. The engine's types hold finite numbers alone, so that it is always valid JSON.
+#[must_use]
+pub fn write(name: Option<&str>, labels: &BTreeMap<String, String>, trimmed: &TrimmedSurface) -> String {
+    let surface = &trimmed.surface;
+    let mut out = String::from("{\n");
+    if let Some(name) = name {
+        let _ = writeln!(out, "  \"name\": {},", quoted(name));
+    }
+    out.push_str("  \"units\": \"mm\",\n");
+    let _ = writeln!(out, "  \"side\": {},", quoted(side_word(trimmed.side)));
+    let (u, v) = (surface.knots_u(), surface.knots_v());
+    let _ = writeln!(out, "  \"degree_u\": {},\n  \"degree_v\": {},", u.degree(), v.degree());
+    let _ = writeln!(out, "  \"knots_u\": {},\n  \"knots_v\": {},", list(u.knots()), list(v.knots()));
+    let columns = v.control_count();
+    let rows: Vec<String> = surface.control().chunks(columns).map(|row| points3(row)).collect();
+    let _ = writeln!(out, "  \"control_points\": [\n    {}\n  ],", rows.join(",\n    "));
+    match surface.weights() {
+        Some(weights) => {
+            let rows: Vec<String> = weights.chunks(columns).map(list).collect();
+            let _ = writeln!(out, "  \"weights\": [\n    {}\n  ],", rows.join(",\n    "));
+        }
+        None => out.push_str("  \"weights\": null,\n"),
+    }
+    let loops: Vec<String> = trimmed
+        .loops
+        .iter()
+        .map(|l| {
+            let curves: Vec<String> = l.curves.iter().map(curve).collect();
+            format!("[\n      {}\n    ]", curves.join(",\n      "))
+        })
+        .collect();
+    if loops.is_empty() {
+        out.push_str("  \"trims\": [],\n");
+    } else {
+        let _ = writeln!(out, "  \"trims\": [\n    {}\n  ],", loops.join(",\n    "));
+    }
+    let labels: Vec<String> = labels.iter().map(|(k, v)| format!("{}: {}", quoted(k), quoted(v))).collect();
+    let _ = writeln!(out, "  \"labels\": {{ {} }}", labels.join(", "));
+    out.push_str("}\n");
+    out
+}
+
+fn curve(curve: &TrimCurve) -> String {
+    match &curve.shape {
+        TrimShape::Nurbs(c) => format!(
+            "{{ \"degree\": {}, \"knots\": {}, \"control_points\": {}, \"weights\": {}, \"reversed\": {} }}",
+            c.knots().degree(),
+            list(c.knots().knots()),
+            points2(c.control()),
+            c.weights().map_or_else(|| "null".to_owned(), list),
+            curve.reversed
+        ),
+        TrimShape::Polyline(points) => {
+            format!("{{ \"points\": {}, \"reversed\": {} }}", points2(points), curve.reversed)
+        }
+    }
+}
+
+fn points3(points: &[DVec3]) -> String {
+    let points: Vec<String> = points.iter().map(|p| list(&p.to_array())).collect();
+    format!("[{}]", points.join(", "))
+}
+
+fn points2(points: &[DVec2]) -> String {
+    let points: Vec<String> = points.iter().map(|p| list(&p.to_array())).collect();
+    format!("[{}]", points.join(", "))
+}
+
+/// Numbers in the shortest form that reads back to the same bits.
+fn list(numbers: &[f64]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+    format!("[{}]", numbers.join(", "))
+}
+
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
