@@ -130,3 +130,56 @@ impl Work<'_> {
         (0..4).map(|k| self.refine(quarters[k], parts[k], deepest - 1)).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::engine::nurbs::tests::shapes::{cylinder, plane, sphere, torus};
+
+    #[test]
+    fn the_rule_is_exact_for_polynomials_up_to_degree_fifteen() {
+        for degree in 0..=15_i32 {
+            let sum: f64 = gauss_legendre(-0.5, 2.0).iter().map(|[x, w]| w * x.powi(degree)).sum();
+            let exact = (2.0_f64.powi(degree + 1) - (-0.5_f64).powi(degree + 1)) / f64::from(degree + 1);
+            assert!((sum - exact).abs() < 1e-12 * exact.abs(), "degree {degree}: {sum} where {exact} is exact");
+        }
+    }
+
+    #[test]
+    fn an_integral_is_as_exact_as_asked_even_with_a_kink() {
+        let f = |x: f64| (x - 0.3).abs() + x.exp();
+        let exact = (0.09 + 0.49) / 2.0 + 1.0_f64.exp() - 1.0;
+        for tolerance in [1e-4, 1e-8, 1e-12] {
+            let found = integrate(&f, 0.0, 1.0, tolerance, 40);
+            assert!((found - exact).abs() <= tolerance * exact, "{tolerance}: {found} where {exact} is exact");
+        }
+    }
+
+    #[test]
+    fn areas_of_exact_shapes_are_met_to_the_tolerance_asked() {
+        let shapes = [
+            (plane(3.0, 4.0), 12.0),
+            (cylinder(2.0, 5.0), 20.0 * PI),
+            (sphere(1.5), 9.0 * PI),
+            (torus(5.0, 2.0), 40.0 * PI * PI),
+        ];
+        for (shape, exact) in shapes {
+            for tolerance in [1e-4, 1e-7, 1e-10] {
+                let found = shape.area(tolerance);
+                assert!((found - exact).abs() <= tolerance * exact, "{tolerance}: {found} where {exact} is exact");
+            }
+        }
+    }
+
+    #[test]
+    fn area_scales_with_the_square_of_size_and_does_not_depend_on_place() {
+        let s = torus(5.0, 2.0);
+        let area = s.area(1e-10);
+        for factor in [1e-3, 1e5] {
+            assert!((s.scaled(factor).area(1e-10) / (factor * factor * area) - 1.0).abs() < 1e-9);
+        }
+        assert!((s.translated(glam::DVec3::splat(1e4)).area(1e-9) / area - 1.0).abs() < 1e-8);
+    }
+}

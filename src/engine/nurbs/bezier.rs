@@ -257,3 +257,48 @@ impl Surface {
         patches
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::nurbs::tests::shapes::{circle2, knots, sphere};
+
+    #[test]
+    fn a_circle_in_bezier_form_is_four_quarters_of_it() {
+        let circle = circle2(glam::DVec2::new(1.0, 2.0), 3.0);
+        let quarters = circle.to_bezier();
+        assert_eq!(quarters.len(), 4);
+        for quarter in &quarters {
+            let curve = quarter.to_curve();
+            for k in 0..=10 {
+                let t = quarter.domain[0] + 0.1 * f64::from(k);
+                assert!((curve.point(t).distance(glam::DVec2::new(1.0, 2.0)) - 3.0).abs() < 1e-13);
+                assert!(curve.point(t).distance(circle.point(t)) < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn a_knot_that_does_not_fit_is_refused() {
+        let circle = circle2(glam::DVec2::ZERO, 1.0);
+        for (t, times) in [(-0.1, 1), (4.1, 1), (f64::NAN, 1), (1.0, 2), (0.0, 1), (0.5, 4)] {
+            let refused = circle.insert_knot(t, times);
+            assert!(matches!(refused, Err(NurbsError::Insertion { .. })), "{t} x {times}");
+        }
+        assert!(sphere(1.0).insert_knots_u(&[0.5, 0.5, 0.5, 0.5]).is_err());
+        assert!(sphere(1.0).insert_knots_v(&[f64::INFINITY]).is_err());
+    }
+
+    #[test]
+    fn unclamped_ends_can_be_clamped_by_insertion() {
+        let points = (0..6).map(|k| glam::DVec2::new(f64::from(k), f64::from(k * k % 5))).collect();
+        let curve =
+            Curve::new(knots(3, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]), points, None).expect("valid");
+        let clamped = curve.insert_knot(3.0, 3).and_then(|c| c.insert_knot(6.0, 3)).expect("the knots fit");
+        for k in 0..=30 {
+            let t = 3.0 + 0.1 * f64::from(k);
+            assert!(clamped.point(t).distance(curve.point(t)) < 1e-13);
+        }
+        assert!(clamped.hull(6.0, 6.0).iter().any(|p| p.distance(curve.point(6.0)) < 1e-13));
+    }
+}

@@ -192,3 +192,105 @@ impl Curvature {
         umbilic: true,
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::nurbs::tests::shapes::{cylinder, knots, plane, sphere, torus};
+
+    #[test]
+    fn a_sphere_has_the_curvature_of_its_radius_and_is_umbilic() {
+        let s = sphere(2.5);
+        for k in 0..50 {
+            let (u, v) = (f64::from(k) * 0.08, 0.05 + f64::from(k) * 0.038);
+            let c = s.curvature(u, v);
+            assert!(c.umbilic);
+            assert!((c.k1 + 0.4).abs() < 1e-10 && (c.k2 + 0.4).abs() < 1e-10);
+            assert!(c.normal.distance(s.point(u, v) / 2.5) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_cylinder_has_its_ruling_as_the_direction_of_smaller_magnitude_whichever_way_its_normal_points() {
+        let s = cylinder(3.0, 7.0);
+        for s in [s.clone(), s.swapped()] {
+            let (u, v) = if s.knots_u().degree() == 2 { (1.3, 0.4) } else { (0.4, 1.3) };
+            let c = s.curvature(u, v);
+            assert!(c.kmag.abs() < 1e-12 && !c.umbilic);
+            assert!((c.k1.abs().max(c.k2.abs()) - 1.0 / 3.0).abs() < 1e-12);
+            let ruling = if s.knots_u().degree() == 2 { DVec2::Y } else { DVec2::X };
+            assert!(c.dmag.dot(ruling).abs() > 1.0 - 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_torus_has_its_known_curvatures() {
+        let (major, minor) = (5.0, 2.0);
+        let s = torus(major, minor);
+        for k in 0..60 {
+            let (u, v) = (f64::from(k) * 0.066, f64::from(k) * 0.061);
+            let c = s.curvature(u, v);
+            let p = s.point(u, v);
+            let outwards = (p.truncate().length() - major) / minor;
+            let around = -outwards / (major + minor * outwards);
+            assert!((c.k1 + 1.0 / minor).abs() < 1e-10, "{c:?}");
+            assert!((c.k2 - around).abs() < 1e-10);
+            assert!((c.gaussian + around / minor).abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn a_plane_has_no_curvature_and_its_normal() {
+        let c = plane(4.0, 3.0).curvature(0.3, 0.9);
+        assert_eq!((c.k1, c.k2, c.gaussian, c.umbilic), (0.0, 0.0, 0.0, true));
+        assert_eq!(c.normal, DVec3::Z);
+    }
+
+    #[test]
+    fn normals_at_the_poles_of_a_sphere_point_along_its_axis() {
+        for scale in [1e-3, 1.0, 1e5] {
+            let s = sphere(scale);
+            for k in 0..=16 {
+                let u = f64::from(k) * 0.25;
+                assert!(s.normal(u, 0.0).distance(-DVec3::Z) < 1e-9, "{}", s.normal(u, 0.0));
+                assert!(s.normal(u, 2.0).distance(DVec3::Z) < 1e-9);
+                assert!(s.normal(u, 1e-9).distance(-DVec3::Z) < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn the_normal_at_the_apex_of_a_cone_is_that_of_its_ruling() {
+        let profile = [(DVec2::new(1.0, 0.0), 1.0), (DVec2::new(0.0, 1.0), 1.0)];
+        let cone = crate::engine::nurbs::tests::shapes::revolved(knots(1, &[0.0, 0.0, 1.0, 1.0]), &profile);
+        for k in 0..=16 {
+            let u = f64::from(k) * 0.25;
+            assert!(cone.normal(u, 1.0).distance(cone.normal(u, 0.5)) < 1e-9, "at u = {u}");
+        }
+    }
+
+    #[test]
+    fn the_normal_at_a_corner_with_both_edges_in_line_is_the_limit_from_inside() {
+        // A disc as one biquadratic patch: at each corner the tangents are parallel.
+        let w = std::f64::consts::FRAC_1_SQRT_2;
+        let at = |x: f64, y: f64| DVec3::new(x, y, 0.0);
+        let control = vec![
+            at(-w, -w),
+            at(-2.0 * w, 0.0),
+            at(-w, w),
+            at(0.0, -2.0 * w),
+            at(0.0, 0.0),
+            at(0.0, 2.0 * w),
+            at(w, -w),
+            at(2.0 * w, 0.0),
+            at(w, w),
+        ];
+        let weights = vec![1.0, w, 1.0, w, 1.0, w, 1.0, w, 1.0];
+        let line = knots(2, &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+        let disc = Surface::new(line.clone(), line, control, Some(weights)).expect("a disc");
+        for (u, v) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+            assert!(disc.normal(u, v).distance(DVec3::Z) < 1e-9);
+        }
+        assert!((disc.area(1e-9) - std::f64::consts::PI).abs() < 1e-6);
+    }
+}

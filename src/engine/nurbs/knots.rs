@@ -141,3 +141,44 @@ impl KnotVector {
         Self { degree, knots }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knots(degree: usize, values: &[f64]) -> KnotVector {
+        KnotVector::new(degree, values.to_vec(), "knots").expect("valid")
+    }
+
+    #[test]
+    fn a_span_is_half_open_save_the_last() {
+        let k = knots(2, &[0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0]);
+        assert_eq!([-1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 9.0].map(|t| k.span(t)), [2, 2, 2, 4, 4, 4, 4]);
+        assert_eq!(k.breaks(), [0.0, 1.0, 2.0]);
+    }
+
+    #[test]
+    fn the_domain_of_unclamped_knots_lies_inside_them() {
+        let k = knots(3, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+        assert_eq!(k.domain(), [3.0, 5.0]);
+        assert_eq!([0.0, 3.0, 4.0, 5.0, 8.0].map(|t| k.span(t)), [3, 3, 4, 4, 4]);
+        assert_eq!(k.clamp(7.0), 5.0);
+        assert_eq!(k.reversed().domain(), [3.0, 5.0]);
+    }
+
+    #[test]
+    fn an_interior_knot_may_be_repeated_degree_plus_one_times() {
+        let k = knots(1, &[0.0, 0.0, 1.0, 1.0, 2.0, 2.0]);
+        assert_eq!([0.5, 1.0, 2.0].map(|t| k.span(t)), [1, 3, 3]);
+        assert_eq!(k.multiplicity(1.0), 2);
+        assert!(KnotVector::new(1, vec![0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0], "knots").is_err());
+    }
+
+    #[test]
+    fn a_span_that_is_empty_at_the_end_of_the_domain_is_never_used() {
+        // Multiplicity degree + 1 just before the end leaves empty spans next to it.
+        let k = knots(1, &[0.0, 0.0, 1.0, 1.0]);
+        assert_eq!(k.span(1.0), 1);
+        assert_eq!(k.reversed(), k);
+    }
+}

@@ -11,11 +11,9 @@ mod differential;
 mod error;
 mod grid;
 mod knots;
-#[cfg(test)]
-mod reference;
-#[cfg(test)]
-pub(crate) mod shapes;
 mod surface;
+#[cfg(test)]
+pub(crate) mod tests;
 mod transform;
 
 pub use area::{gauss_legendre, integrate};

@@ -69,3 +69,36 @@ fn is_point(at: impl Fn(f64) -> DVec3, knots: &KnotVector, tolerance: f64) -> bo
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::nurbs::tests::shapes::{cylinder, plane, sphere};
+
+    #[test]
+    fn only_the_poles_of_a_sphere_are_degenerate_edges() {
+        assert_eq!(sphere(2.0).degenerate_edges(1e-9), [false, false, true, true]);
+        assert_eq!(sphere(2.0).swapped().degenerate_edges(1e-9), [true, true, false, false]);
+        assert_eq!(cylinder(2.0, 3.0).degenerate_edges(1e-9), [false; 4]);
+        assert_eq!(plane(1.0, 1.0).degenerate_edges(1e-9), [false; 4]);
+    }
+
+    #[test]
+    fn a_closed_edge_is_not_taken_for_a_point() {
+        // The circle comes back to its start at the end of every fourth span.
+        assert!(!cylinder(2.0, 3.0).degenerate_edges(1e-9)[2]);
+    }
+
+    #[test]
+    fn moving_and_scaling_do_what_they_say() {
+        let s = sphere(2.0);
+        let p = s.point(0.7, 0.9);
+        assert!(
+            s.translated(DVec3::new(1.0, 2.0, 3.0)).point(0.7, 0.9).distance(p + DVec3::new(1.0, 2.0, 3.0)) < 1e-12
+        );
+        assert!(s.scaled(3.0).point(0.7, 0.9).distance(p * 3.0) < 1e-12);
+        assert!((s.swapped().normal(0.9, 0.7) + s.normal(0.7, 0.9)).length() < 1e-12);
+        let [low, high] = s.bounding_box();
+        assert!(low.distance(DVec3::splat(-2.0)) < 1e-12 && high.distance(DVec3::splat(2.0)) < 1e-12);
+    }
+}

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use serde_json::Value;
 
-use super::{Curve3, GridSamples, KnotVector, Surface};
+use crate::engine::nurbs::{Curve3, GridSamples, KnotVector, Surface};
 
 /// Of `max(1, |value|)`.
 const TOLERANCE: f64 = 1e-9;

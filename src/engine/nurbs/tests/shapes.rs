@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use super::{Curve2, KnotVector, Surface};
+use crate::engine::nurbs::{Curve2, KnotVector, Surface};
 
 /// Knots that do for a test.
 pub(crate) fn knots(degree: usize, values: &[f64]) -> KnotVector {
