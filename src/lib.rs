@@ -16,8 +16,11 @@
 //! | [`engine`] | geometry, pure and synchronous |
 
 pub mod api;
+pub mod clock;
 pub mod config;
 pub mod engine;
 pub mod formats;
+pub mod queue;
 pub mod server;
+pub mod store;
 pub mod telemetry;

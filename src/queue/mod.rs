@@ -1,0 +1,327 @@
+//! The durable job machine: accepted jobs are on disk, run by workers under leases, and end exactly once.
+//!
+//! ```text
+//! queued ----> running ----> succeeded | failed | cancelled
+//!   |    <----    |
+//!   +--------> cancelled
+//! ```
+//! A running job goes back to `queued` when its process dies, its lease runs out, a transient fault is met, or the service
+//! stops; the attempt, counted when it is claimed, stays counted save in the last case. After the last attempt it fails
+//! with the code `crashed`, so an input that kills the process cannot do so for ever. A deterministic failure is never
+//! tried again. A cancellation that was accepted always ends in `cancelled`.
+//!
+//! Each [worker](worker) has threads of its own; small jobs have workers that take nothing else. [Upkeep](upkeep) renews
+//! leases, writes progress and carries cancellations. Limits: one process per data directory (the store sees to it);
+//! stopping is cooperative, an attempt that never asks its observer runs on and counts as stuck.
+//! Nothing here knows HTTP; the work itself is a [`Runner`].
+
+mod drain;
+mod monitor;
+mod pool;
+mod runner;
+mod settings;
+mod upkeep;
+mod worker;
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde_json::Value;
+use tokio::sync::{Notify, broadcast, watch};
+use tokio::time::{Instant, timeout_at};
+use tokio_util::task::TaskTracker;
+
+pub use drain::Drained;
+pub use runner::{Failed, FailureClass, Finished, Runner, Task};
+pub use settings::Settings;
+
+pub use crate::store::{
+    Cancelled, Change, EnqueueError, Enqueued, IdempotencyKey, Job, JobId, NewJob, NewResult, State,
+};
+
+use crate::store::{Claim, Lane, Progress, Reclaim, Store, StoreError};
+use monitor::{Monitor, Stop};
+
+/// The running machine; clones are handles to the same one.
+#[derive(Debug, Clone)]
+pub struct Queue(Arc<Shared>);
+
+/// Why the machine did not start.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The store failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The workers' threads could not be made.
+    #[error("the workers' threads could not be started: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// How the machine stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Jobs that wait.
+    pub queued: u64,
+    /// Jobs that run.
+    pub running: u64,
+    /// Attempts that were told to stop and have not done so for long.
+    pub stuck: u64,
+    /// Jobs that ended failed since the start.
+    pub failed: u64,
+    /// Workers, of both lanes.
+    pub workers: u64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// Jobs are accepted and claimed.
+    Open,
+    /// Nothing is accepted or claimed any more; what runs goes on.
+    Draining,
+    /// What still runs is released without waiting for it.
+    Abandoning,
+    /// No worker is left.
+    Drained,
+}
+
+struct Shared {
+    store: Store,
+    runner: Arc<dyn Runner>,
+    settings: Settings,
+    wake: Wake,
+    phase: watch::Sender<Phase>,
+    running: Mutex<BTreeMap<u64, Running>>,
+    numbers: AtomicU64,
+    stuck: AtomicU64,
+    failed: AtomicU64,
+    tasks: TaskTracker,
+}
+
+impl std::fmt::Debug for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Queue").field("settings", &self.settings).finish_non_exhaustive()
+    }
+}
+
+/// An attempt that runs in this process.
+struct Running {
+    claim: Claim,
+    monitor: Arc<Monitor>,
+    written: Progress,
+    written_at: Instant,
+    stopped_at: Option<Instant>,
+}
+
+/// Signals to idle workers.
+#[derive(Debug, Default)]
+struct Wake {
+    light: Notify,
+    any: Notify,
+}
+
+impl Wake {
+    fn of(&self, lane: Lane) -> &Notify {
+        match lane {
+            Lane::Light => &self.light,
+            Lane::Heavy => &self.any,
+        }
+    }
+
+    /// A job of this lane waits: one worker of each sort that may take it looks.
+    fn signal(&self, lane: Lane) {
+        if lane == Lane::Light {
+            self.light.notify_one();
+        }
+        self.any.notify_one();
+    }
+}
+
+impl Queue {
+    /// Takes back what ran when the last process died, then starts the workers.
+    ///
+    /// # Errors
+    /// [`StartError`].
+    pub async fn start(store: Store, runner: Arc<dyn Runner>, settings: Settings) -> Result<Self, StartError> {
+        let settings = settings.sound();
+        let most = settings.most_attempts;
+        let taken = store.reclaim(Reclaim::OtherBoots, most, crashed(most)).await?;
+        if taken != crate::store::Reclaimed::default() {
+            tracing::warn!(
+                requeued = taken.requeued,
+                failed = taken.failed,
+                cancelled = taken.cancelled,
+                "the last process died while jobs ran"
+            );
+        }
+        let mut pools = Vec::new();
+        for worker in 0..settings.workers {
+            pools.push((Lane::Heavy, pool::pool(worker, settings.threads)?));
+        }
+        for worker in 0..settings.light_workers {
+            pools.push((Lane::Light, pool::pool(settings.workers + worker, 1)?));
+        }
+        let shared = Arc::new(Shared {
+            store,
+            runner,
+            settings,
+            wake: Wake::default(),
+            phase: watch::channel(Phase::Open).0,
+            running: Mutex::default(),
+            numbers: AtomicU64::new(0),
+            stuck: AtomicU64::new(0),
+            failed: AtomicU64::new(0),
+            tasks: TaskTracker::new(),
+        });
+        for (lane, pool) in pools {
+            shared.tasks.spawn(worker::work(shared.clone(), lane, pool));
+        }
+        tokio::spawn(upkeep::keep_up(shared.clone()));
+        Ok(Self(shared))
+    }
+
+    /// Accepts a job. When this returns it is on disk, and will be run whatever happens to this process.
+    ///
+    /// # Errors
+    /// [`EnqueueError`]; nothing is stored then.
+    pub async fn enqueue(&self, new: NewJob) -> Result<Enqueued, EnqueueError> {
+        let shared = self.0.clone();
+        if *shared.phase.borrow() != Phase::Open {
+            return Err(EnqueueError::Draining);
+        }
+        // In a task of its own: a caller that goes away between commit and signal would leave the job to the poll.
+        let accepted = tokio::spawn(async move {
+            let lane = if new.cost <= shared.settings.light_cost { Lane::Light } else { Lane::Heavy };
+            let enqueued = shared.store.enqueue(new, lane, shared.settings.most_waiting).await?;
+            if matches!(enqueued, Enqueued::New(_)) {
+                shared.wake.signal(lane);
+            }
+            Ok(enqueued)
+        });
+        accepted.await.unwrap_or(Err(EnqueueError::Store(StoreError::Interrupted)))
+    }
+
+    /// Cancels a job: at once when it waits; one that runs is told to stop and ends cancelled. `None`: no such job.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub async fn cancel(&self, id: JobId) -> Result<Option<Cancelled>, StoreError> {
+        let cancelled = self.0.store.cancel(id).await?;
+        if let Some(Cancelled::Requested(job)) = &cancelled {
+            self.0.stop_job(id, Some(job.attempt), Stop::Cancelled);
+        }
+        Ok(cancelled)
+    }
+
+    /// A job as it stands.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub async fn get(&self, id: JobId) -> Result<Option<Job>, StoreError> {
+        self.0.store.job(id).await
+    }
+
+    /// Waits until the job has ended, at most so long; gives it as it then stands. `None`: no such job.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub async fn wait_until_ended(&self, id: JobId, at_most: Duration) -> Result<Option<Job>, StoreError> {
+        let deadline = Instant::now() + at_most;
+        // Subscribed before the row is read, so no change between the two is missed.
+        let mut changes = self.subscribe();
+        loop {
+            let job = self.get(id).await?;
+            if job.as_ref().is_none_or(|job| job.state.has_ended()) || Instant::now() >= deadline {
+                return Ok(job);
+            }
+            loop {
+                match timeout_at(deadline, changes.recv()).await {
+                    Ok(Ok(change)) if change.id != id || !change.state.has_ended() => {}
+                    // It ended, the time is up, or changes were missed: look at the row again.
+                    _ => break,
+                }
+            }
+        }
+    }
+
+    /// Every committed change of a job from now on.
+    #[must_use]
+    pub fn subscribe(&self) -> broadcast::Receiver<Change> {
+        self.0.store.changes()
+    }
+
+    /// How the machine stands.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub async fn counts(&self) -> Result<Counts, StoreError> {
+        Ok(Counts {
+            queued: self.0.store.count(State::Queued).await?,
+            running: self.0.store.count(State::Running).await?,
+            stuck: self.0.stuck.load(Ordering::Relaxed),
+            failed: self.0.failed.load(Ordering::Relaxed),
+            workers: (self.0.settings.workers + self.0.settings.light_workers) as u64,
+        })
+    }
+
+    /// True while jobs are accepted.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        *self.0.phase.borrow() == Phase::Open
+    }
+
+    /// The store under the machine.
+    #[must_use]
+    pub fn store(&self) -> &Store {
+        &self.0.store
+    }
+}
+
+impl Shared {
+    fn running(&self) -> MutexGuard<'_, BTreeMap<u64, Running>> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Enters an attempt into the list of those that run; dropping the entry takes it out.
+    fn register(self: &Arc<Self>, claim: Claim, monitor: Arc<Monitor>) -> Entry {
+        let number = self.numbers.fetch_add(1, Ordering::Relaxed);
+        let written = Progress { fraction: 0.0, stage: None };
+        let now = Instant::now();
+        // The first progress is written at once: a job that takes long says so early.
+        let written_at = now.checked_sub(self.settings.progress_every).unwrap_or(now);
+        self.running().insert(number, Running { claim, monitor, written, written_at, stopped_at: None });
+        Entry { shared: self.clone(), number }
+    }
+
+    /// Tells the attempts at this job, or the one numbered `attempt`, to stop.
+    fn stop_job(&self, id: JobId, attempt: Option<u32>, why: Stop) {
+        for run in self.running().values() {
+            if run.claim.job.id == id && attempt.is_none_or(|attempt| attempt == run.claim.job.attempt) {
+                run.monitor.stop(why);
+            }
+        }
+    }
+}
+
+/// An attempt's place in the list of those that run.
+struct Entry {
+    shared: Arc<Shared>,
+    number: u64,
+}
+
+impl Drop for Entry {
+    fn drop(&mut self) {
+        self.shared.running().remove(&self.number);
+    }
+}
+
+/// The problem of a job whose attempts all ended with the process.
+fn crashed(attempts: u32) -> Value {
+    let detail = format!(
+        "The program stopped {attempts} times while it worked on this job, so it is not tried again. \
+         The cause is most likely this input."
+    );
+    runner::problem("crashed", "The job ended the program", &detail)
+}

@@ -1,0 +1,124 @@
+//! Reading jobs: one, a page of a list, the feed of ended ones, counts.
+//!
+//! Pages go by keyset: "those before this `seq`" (lists, newest first) or "those after this `end_seq`" (the feed,
+//! in the order of ending). A row that exists throughout a scan is seen exactly once, whatever comes and goes meanwhile.
+
+use std::collections::BTreeMap;
+
+use sqlx::{QueryBuilder, Row, Sqlite};
+
+use super::rows::{job, job_columns};
+use super::{Job, JobId, State, Store, StoreError, SurfaceId};
+
+/// Most rows that one call gives.
+pub const MAX_PAGE: u32 = 1000;
+
+pub(super) const JOB_BY_ID: &str = concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = ?1");
+pub(super) const JOB_BY_SEQ: &str = concat!("SELECT ", job_columns!(), " FROM jobs WHERE seq = ?1");
+pub(super) const COUNT: &str = "SELECT count(*) AS n FROM jobs WHERE state = ?1";
+
+/// What a listed job must be. Every field that is set must fit.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct JobFilter {
+    /// Its state.
+    pub state: Option<State>,
+    /// Its kind.
+    pub kind: Option<String>,
+    /// Its surface.
+    pub surface: Option<SurfaceId>,
+    /// Its verdict.
+    pub verdict: Option<String>,
+    /// Labels it must carry.
+    pub labels: BTreeMap<String, String>,
+}
+
+impl Store {
+    /// A job.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn job(&self, id: JobId) -> Result<Option<Job>, StoreError> {
+        let row = sqlx::query(JOB_BY_ID).bind(id.bytes()).fetch_optional(&self.0.readers).await?;
+        row.as_ref().map(job).transpose()
+    }
+
+    /// Jobs that came before `before` (a `seq`; `None`: from the newest), newest first.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn jobs(&self, filter: &JobFilter, before: Option<i64>, limit: u32) -> Result<Vec<Job>, StoreError> {
+        let rows = list(filter, before, limit).build().fetch_all(&self.0.readers).await?;
+        rows.iter().map(job).collect()
+    }
+
+    /// Jobs that ended after `after` (an `end_seq`; 0: from the first), in the order of ending.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn feed(&self, filter: &JobFilter, after: i64, limit: u32) -> Result<Vec<Job>, StoreError> {
+        let rows = feed(filter, after, limit).build().fetch_all(&self.0.readers).await?;
+        rows.iter().map(job).collect()
+    }
+
+    /// How many jobs stand in this state.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn count(&self, state: State) -> Result<u64, StoreError> {
+        let row = sqlx::query(COUNT).bind(state.name()).fetch_one(&self.0.readers).await?;
+        Ok(row.try_get::<i64, _>("n")?.unsigned_abs())
+    }
+}
+
+/// The list's statement. A label, where one is asked for, leads: its table is ordered by job within (key, value).
+pub(super) fn list(filter: &JobFilter, before: Option<i64>, limit: u32) -> QueryBuilder<Sqlite> {
+    let before = before.unwrap_or(i64::MAX);
+    let mut sql = QueryBuilder::new(concat!("SELECT ", job_columns!(), " FROM "));
+    let mut labels = filter.labels.iter();
+    let order = if let Some((key, value)) = labels.next() {
+        sql.push("job_labels AS l CROSS JOIN jobs ON jobs.seq = l.job WHERE l.key = ").push_bind(key.clone());
+        sql.push(" AND l.value = ").push_bind(value.clone());
+        sql.push(" AND l.job < ").push_bind(before);
+        " ORDER BY l.job DESC LIMIT "
+    } else {
+        sql.push("jobs WHERE jobs.seq < ").push_bind(before);
+        " ORDER BY jobs.seq DESC LIMIT "
+    };
+    conditions(&mut sql, filter);
+    carrying(&mut sql, labels);
+    sql.push(order).push_bind(limit.min(MAX_PAGE));
+    sql
+}
+
+/// The feed's statement.
+pub(super) fn feed(filter: &JobFilter, after: i64, limit: u32) -> QueryBuilder<Sqlite> {
+    let mut sql = QueryBuilder::new(concat!("SELECT ", job_columns!(), " FROM jobs WHERE jobs.end_seq > "));
+    sql.push_bind(after);
+    conditions(&mut sql, filter);
+    carrying(&mut sql, filter.labels.iter());
+    sql.push(" ORDER BY jobs.end_seq LIMIT ").push_bind(limit.min(MAX_PAGE));
+    sql
+}
+
+fn conditions(sql: &mut QueryBuilder<Sqlite>, filter: &JobFilter) {
+    if let Some(state) = filter.state {
+        sql.push(" AND jobs.state = ").push_bind(state.name());
+    }
+    if let Some(kind) = &filter.kind {
+        sql.push(" AND jobs.kind = ").push_bind(kind.clone());
+    }
+    if let Some(surface) = &filter.surface {
+        sql.push(" AND jobs.surface = ").push_bind(surface.as_str().to_owned());
+    }
+    if let Some(verdict) = &filter.verdict {
+        sql.push(" AND jobs.verdict = ").push_bind(verdict.clone());
+    }
+}
+
+fn carrying<'a>(sql: &mut QueryBuilder<Sqlite>, labels: impl Iterator<Item = (&'a String, &'a String)>) {
+    for (key, value) in labels {
+        sql.push(" AND EXISTS (SELECT 1 FROM job_labels AS k WHERE k.job = jobs.seq AND k.key = ")
+            .push_bind(key.clone());
+        sql.push(" AND k.value = ").push_bind(value.clone()).push(")");
+    }
+}

@@ -1,0 +1,214 @@
+//! All SQL: surfaces, jobs, results, and their bytes, in SQLite under one data directory.
+//!
+//! # How it is kept
+//! - Two pools: one connection that writes (WAL, `synchronous = FULL`: a commit is on the disk), four that read.
+//!   Every write is one `BEGIN IMMEDIATE` transaction with nothing but SQL inside; it runs in a task of its own, so a
+//!   caller that goes away half-way leaves no transaction open.
+//! - A lock file keeps a second process out of the directory. A *boot* number names this process in the leases that it
+//!   takes: rows that still run under another boot are those of a process that died.
+//! - Bytes lie in a table of their own under their blake3 digest; rows that are listed stay small. A blob goes with the
+//!   last row that points to it.
+//! - The rules of the job machine are constraints and triggers of the schema (`migrations/`), so a fault in the code
+//!   cannot put a job into a state that does not exist.
+//!
+//! Every committed change of a job is told to those who [subscribed](Store::changes).
+//! Nothing here knows HTTP or geometry; JSON goes in and out as it came.
+
+mod endings;
+mod enqueue;
+mod error;
+mod ids;
+mod leases;
+mod lists;
+mod migrations;
+mod results;
+mod rows;
+mod surfaces;
+
+use std::fs::{File, TryLockError};
+use std::future::Future;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use sqlx::sqlite::{
+    SqliteAutoVacuum, SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous,
+};
+use sqlx::{Sqlite, Transaction};
+use tokio::sync::broadcast;
+use uuid::Uuid;
+
+pub use endings::{Cancelled, Committed, Ending, Removal};
+pub use enqueue::{EnqueueError, Enqueued, IDEMPOTENCY_KEPT, IdempotencyKey, NewJob};
+pub use error::StoreError;
+pub use ids::{Digest, JobId, NotAnId, SurfaceId};
+pub use leases::{Claim, Lane, Progress, Reclaim, Reclaimed};
+pub use lists::{JobFilter, MAX_PAGE};
+pub use results::{NewResult, StoredResult};
+pub use rows::{Change, Job, State};
+pub use surfaces::{NewSurface, Surface};
+
+use crate::clock::Clock;
+
+/// Connections that read. More than the cores of a small server, few enough that each can keep its page cache.
+const READERS: u32 = 4;
+/// How long a statement waits for another process's lock before it fails with [`StoreError::Busy`].
+const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
+/// How long a caller waits for a connection before it fails with [`StoreError::Busy`]. Above the longest checkpoint
+/// stall seen (0.6 s) by far, below what a client would wait.
+const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(10);
+/// Changes that a slow subscriber may lag behind before it is told to look for itself.
+const CHANGES_KEPT: usize = 1024;
+/// Pages given back to the file system at a time, 4 MiB: long enough to matter, short enough not to hold up a claim.
+const VACUUM_PAGES: &str = "PRAGMA incremental_vacuum(1024)";
+
+const DATABASE_FILE: &str = "planish.db";
+const LOCK_FILE: &str = "planish.lock";
+
+/// The open data directory; clones share it.
+#[derive(Debug, Clone)]
+pub struct Store(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    writer: SqlitePool,
+    readers: SqlitePool,
+    changes: broadcast::Sender<Change>,
+    boot: Uuid,
+    clock: Clock,
+    directory: PathBuf,
+    /// Held as long as the store is open; the system lets go of it when the process dies, however it dies.
+    lock: File,
+}
+
+impl Store {
+    /// Opens the data directory, makes it if it is not there, and brings its database to the newest schema.
+    ///
+    /// # Errors
+    /// [`StoreError::InUse`] when another process has it open, [`StoreError::NewerSchema`] when a newer program wrote it.
+    pub async fn open(directory: &Path, clock: Clock) -> Result<Self, StoreError> {
+        let lock = lock(directory)?;
+        let options = SqliteConnectOptions::new()
+            .filename(directory.join(DATABASE_FILE))
+            .busy_timeout(BUSY_TIMEOUT)
+            .foreign_keys(true);
+        let writer = SqlitePoolOptions::new()
+            .max_connections(1)
+            .acquire_timeout(ACQUIRE_TIMEOUT)
+            .idle_timeout(None)
+            .max_lifetime(None)
+            .connect_with(
+                options
+                    .clone()
+                    .create_if_missing(true)
+                    .auto_vacuum(SqliteAutoVacuum::Incremental)
+                    .journal_mode(SqliteJournalMode::Wal)
+                    .synchronous(SqliteSynchronous::Full),
+            )
+            .await?;
+        migrations::migrate(&writer).await?;
+        let readers = SqlitePoolOptions::new()
+            .max_connections(READERS)
+            .acquire_timeout(ACQUIRE_TIMEOUT)
+            .idle_timeout(None)
+            .max_lifetime(None)
+            .connect_with(options.read_only(true).pragma("query_only", "ON"))
+            .await?;
+        let (changes, _) = broadcast::channel(CHANGES_KEPT);
+        let inner =
+            Inner { writer, readers, changes, boot: Uuid::now_v7(), clock, directory: directory.to_owned(), lock };
+        Ok(Self(Arc::new(inner)))
+    }
+
+    /// Writes the log back into the database and closes it. Whoever still holds a clone gets errors from now on.
+    ///
+    /// # Errors
+    /// [`StoreError::Sql`] when the log could not be written back; nothing is lost by that, the next start does it.
+    pub async fn close(&self) -> Result<(), StoreError> {
+        // First the readers: a reader's snapshot would keep the log from being emptied.
+        self.0.readers.close().await;
+        let written_back = async {
+            sqlx::query("PRAGMA optimize").execute(&self.0.writer).await?;
+            sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").execute(&self.0.writer).await
+        }
+        .await;
+        self.0.writer.close().await;
+        written_back?;
+        let unlock = |source| StoreError::Directory { path: self.0.directory.join(LOCK_FILE), source };
+        self.0.lock.unlock().map_err(unlock)
+    }
+
+    /// Whether the database can be read and written: what readiness asks.
+    ///
+    /// # Errors
+    /// What stands in the way.
+    pub async fn ping(&self) -> Result<(), StoreError> {
+        sqlx::query("SELECT value FROM counters WHERE name = 'end_seq'").fetch_one(&self.0.readers).await?;
+        self.begin().await?.rollback().await?;
+        Ok(())
+    }
+
+    /// Gives room of deleted rows back to the file system, a little at a time.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn tidy(&self) -> Result<(), StoreError> {
+        sqlx::query(VACUUM_PAGES).execute(&self.0.writer).await?;
+        Ok(())
+    }
+
+    /// Every committed change of a job from now on. A receiver that lags is told so and reads the rows themselves.
+    #[must_use]
+    pub fn changes(&self) -> broadcast::Receiver<Change> {
+        self.0.changes.subscribe()
+    }
+
+    /// The clock by which rows are stamped.
+    #[must_use]
+    pub fn clock(&self) -> &Clock {
+        &self.0.clock
+    }
+
+    /// The data directory.
+    #[must_use]
+    pub fn directory(&self) -> &Path {
+        &self.0.directory
+    }
+
+    /// Begins a transaction that writes. IMMEDIATE: one that reads first and writes later would fail at once when
+    /// another has committed in between, whatever the timeout.
+    async fn begin(&self) -> Result<Transaction<'static, Sqlite>, StoreError> {
+        Ok(self.0.writer.begin_with("BEGIN IMMEDIATE").await?)
+    }
+
+    fn tell(&self, changes: impl IntoIterator<Item = Change>) {
+        for change in changes {
+            // No one listening is no fault.
+            let _ = self.0.changes.send(change);
+        }
+    }
+}
+
+/// Runs a write in a task of its own: it ends, one way or the other, also when its caller goes away.
+async fn detached<T, E>(write: impl Future<Output = Result<T, E>> + Send + 'static) -> Result<T, E>
+where
+    T: Send + 'static,
+    E: From<StoreError> + Send + 'static,
+{
+    tokio::spawn(write).await.unwrap_or_else(|_| Err(StoreError::Interrupted.into()))
+}
+
+fn lock(directory: &Path) -> Result<File, StoreError> {
+    let fault = |path: &Path| {
+        let path = path.to_owned();
+        move |source| StoreError::Directory { path, source }
+    };
+    std::fs::create_dir_all(directory).map_err(fault(directory))?;
+    let path = directory.join(LOCK_FILE);
+    let file = File::options().create(true).truncate(false).read(true).write(true).open(&path).map_err(fault(&path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(StoreError::InUse(directory.to_owned())),
+        Err(TryLockError::Error(error)) => Err(fault(&path)(error)),
+    }
+}
