@@ -3,6 +3,8 @@
 //!
 //! `cargo bench --bench grid_evaluation` (a plain program: each line is the best of several runs).
 
+#![expect(clippy::expect_used, reason = "the surfaces are built here and fit")]
+
 use std::hint::black_box;
 use std::time::Instant;
 

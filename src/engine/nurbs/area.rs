@@ -136,7 +136,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::engine::nurbs::tests::shapes::{cylinder, plane, sphere, torus};
+    use crate::engine::nurbs::shapes::{cylinder, plane, sphere, torus};
 
     #[test]
     fn the_rule_is_exact_for_polynomials_up_to_degree_fifteen() {
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn an_integral_is_as_exact_as_asked_even_with_a_kink() {
         let f = |x: f64| (x - 0.3).abs() + x.exp();
-        let exact = (0.09 + 0.49) / 2.0 + 1.0_f64.exp() - 1.0;
+        let exact = 0.29 + 1.0_f64.exp() - 1.0;
         for tolerance in [1e-4, 1e-8, 1e-12] {
             let found = integrate(&f, 0.0, 1.0, tolerance, 40);
             assert!((found - exact).abs() <= tolerance * exact, "{tolerance}: {found} where {exact} is exact");

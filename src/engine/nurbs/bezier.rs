@@ -261,7 +261,7 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::nurbs::tests::shapes::{circle2, knots, sphere};
+    use crate::engine::nurbs::shapes::{circle2, knots, sphere};
 
     #[test]
     fn a_circle_in_bezier_form_is_four_quarters_of_it() {

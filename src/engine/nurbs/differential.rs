@@ -196,7 +196,7 @@ impl Curvature {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::nurbs::tests::shapes::{cylinder, knots, plane, sphere, torus};
+    use crate::engine::nurbs::shapes::{cylinder, knots, plane, sphere, torus};
 
     #[test]
     fn a_sphere_has_the_curvature_of_its_radius_and_is_umbilic() {
@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn the_normal_at_the_apex_of_a_cone_is_that_of_its_ruling() {
         let profile = [(DVec2::new(1.0, 0.0), 1.0), (DVec2::new(0.0, 1.0), 1.0)];
-        let cone = crate::engine::nurbs::tests::shapes::revolved(knots(1, &[0.0, 0.0, 1.0, 1.0]), &profile);
+        let cone = crate::engine::nurbs::shapes::revolved(knots(1, &[0.0, 0.0, 1.0, 1.0]), &profile);
         for k in 0..=16 {
             let u = f64::from(k) * 0.25;
             assert!(cone.normal(u, 1.0).distance(cone.normal(u, 0.5)) < 1e-9, "at u = {u}");

@@ -24,3 +24,5 @@ pub use error::NurbsError;
 pub use grid::{FirstDerivatives, GridSamples};
 pub use knots::{KnotVector, MAX_DEGREE};
 pub use surface::{Domain, Surface, SurfaceDerivatives};
+#[cfg(test)]
+pub(crate) use tests::shapes;

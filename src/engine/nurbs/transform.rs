@@ -73,7 +73,7 @@ fn is_point(at: impl Fn(f64) -> DVec3, knots: &KnotVector, tolerance: f64) -> bo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::nurbs::tests::shapes::{cylinder, plane, sphere};
+    use crate::engine::nurbs::shapes::{cylinder, plane, sphere};
 
     #[test]
     fn only_the_poles_of_a_sphere_are_degenerate_edges() {
