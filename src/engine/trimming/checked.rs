@@ -93,7 +93,12 @@ impl CheckedTrims {
     pub fn point(&self, loop_index: usize, curve: usize, t: f64) -> DVec2 {
         let curves = &self.loops[loop_index].curves;
         let place = if self.loops[loop_index].flipped { curves.len() - 1 - curve } else { curve };
-        let (piece, s) = self.locate(&curves[place].pieces, t);
+        self.on_curve(&curves[place], t)
+    }
+
+    /// The point of a curve at its parameter.
+    pub(super) fn on_curve(&self, curve: &CheckedCurve, t: f64) -> DVec2 {
+        let (piece, s) = self.locate(&curve.pieces, t);
         self.evaluate(piece, s)
     }
 

@@ -58,6 +58,24 @@ pub enum TrimmingError {
         /// Where it is.
         place: Box<Place>,
     },
+    /// Two loops are the same.
+    #[error("trimming loops {loop_index} and {other} are the same")]
+    Twins {
+        /// One loop.
+        loop_index: usize,
+        /// The other.
+        other: usize,
+        /// A point of it.
+        place: Box<Place>,
+    },
+    /// The loops are larger than can be worked on.
+    #[error("the trimming loops are too intricate: more than {limit} {what}")]
+    TooIntricate {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many are allowed.
+        limit: usize,
+    },
 }
 
 /// Something that was mended or looks odd.
@@ -79,6 +97,8 @@ impl Located for TrimmingError {
             Self::SelfIntersection { .. } => "loop-self-intersection",
             Self::LoopsIntersect { .. } => "loops-intersect",
             Self::Empty { .. } => "loop-empty",
+            Self::Twins { .. } => "loops-identical",
+            Self::TooIntricate { .. } => "loops-too-intricate",
         }
     }
 
@@ -88,11 +108,26 @@ impl Located for TrimmingError {
             | Self::OutsideDomain { place, .. }
             | Self::SelfIntersection { place, .. }
             | Self::LoopsIntersect { place, .. }
-            | Self::Empty { place, .. } => (**place).clone(),
+            | Self::Empty { place, .. }
+            | Self::Twins { place, .. } => (**place).clone(),
+            Self::TooIntricate { .. } => Place::default(),
         }
     }
 
     fn remedies(&self) -> Vec<Remedy> {
-        Vec::new()
+        let say = match self {
+            Self::Gap { .. } => "Extend or trim the two curves so that they meet, or put a curve between them.",
+            Self::OutsideDomain { .. } => {
+                "Trim the curve at the border of the surface's domain, or extend the surface."
+            }
+            Self::SelfIntersection { .. } => {
+                "Trim the curves of the loop at the place given, or split it into two loops."
+            }
+            Self::LoopsIntersect { .. } => "Move the loops apart, or join them into one outline.",
+            Self::Empty { .. } => "Remove the loop, or close it around an area.",
+            Self::Twins { .. } => "Remove one of the two loops.",
+            Self::TooIntricate { .. } => "Send the part in pieces, or with simpler trimming curves.",
+        };
+        vec![Remedy::say(say)]
     }
 }

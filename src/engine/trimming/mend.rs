@@ -106,7 +106,8 @@ pub(super) fn mend(
     let first = pieces.list.len();
     let curves: Vec<Range<usize>> = trim.curves.iter().map(|c| pieces.push_curve(c)).collect();
     if curves.is_empty() || curves.iter().any(Range::is_empty) {
-        let place = Place { loop_index: Some(index), curve: curves.iter().position(Range::is_empty), ..Place::default() };
+        let place =
+            Place { loop_index: Some(index), curve: curves.iter().position(Range::is_empty), ..Place::default() };
         findings.errors.push(TrimmingError::Empty { loop_index: index, place: Box::new(place) });
         return None;
     }
@@ -127,9 +128,7 @@ fn bounds(pieces: &Pieces, range: Range<usize>) -> [DVec2; 2] {
     pieces.list[range]
         .iter()
         .flat_map(|p| &pieces.control[p.control()])
-        .fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], p| {
-            [low.min(p.truncate()), high.max(p.truncate())]
-        })
+        .fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], p| [low.min(p.truncate()), high.max(p.truncate())])
 }
 
 /// Brings a curve into the domain and onto the border where it is that near; reports it when it goes too far.
@@ -307,10 +306,8 @@ fn join(
             let [low, high] = bounds(pieces, r.clone());
             low.cmpeq(high)
         });
-        let shared = DVec2::new(
-            prefer(from.x, to.x, frame.domain.u, a.x, b.x),
-            prefer(from.y, to.y, frame.domain.v, a.y, b.y),
-        );
+        let shared =
+            DVec2::new(prefer(from.x, to.x, frame.domain.u, a.x, b.x), prefer(from.y, to.y, frame.domain.v, a.y, b.y));
         joined[c][1] = shared;
         joined[next][0] = shared;
         moved = true;
@@ -346,10 +343,11 @@ fn across(frame: &Frame<'_>, from: DVec2, to: DVec2) -> f64 {
 /// The largest gap in space that is closed in a loop with these curve ends.
 fn tolerance_mm(frame: &Frame<'_>, ends: &[[DVec2; 2]]) -> f64 {
     let [low, high] = frame.surface.bounding_box();
-    let [a, b] = ends.iter().flatten().map(|&uv| frame.lift(uv)).fold(
-        [DVec3::INFINITY, DVec3::NEG_INFINITY],
-        |[low, high], p| [low.min(p), high.max(p)],
-    );
+    let [a, b] = ends
+        .iter()
+        .flatten()
+        .map(|&uv| frame.lift(uv))
+        .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)]);
     let diagonal = low.distance(high);
     let own = if ends.len() > 2 { a.distance(b) } else { diagonal };
     (GAP_TOLERANCE * diagonal).min(GAP_SHARE * own)
@@ -370,6 +368,11 @@ fn bend(pieces: &mut Pieces, range: &Range<usize>, old: [DVec2; 2], new: [DVec2;
             let t = a + (b - a) * (j as f64 / degree as f64);
             *p = (p.truncate() + start.lerp(end, (t - from) / (to - from))).extend(p.z);
         }
+    }
+    for k in range.start + 1..range.end {
+        let before = pieces.control[pieces.list[k - 1].control().end - 1].truncate();
+        let first = pieces.list[k].control().start;
+        pieces.control[first] = before.extend(pieces.control[first].z);
     }
     let (first, last) = (pieces.list[range.start].control().start, pieces.list[range.end - 1].control().end - 1);
     pieces.control[first] = new[0].extend(pieces.control[first].z);

@@ -2,6 +2,8 @@
 
 use glam::DVec2;
 
+use super::nesting::{Containment, locate, signed_area};
+
 /// Where a point of a boundary loop comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvePoint {
@@ -35,4 +37,32 @@ pub struct TrimRegion {
     pub loops: Vec<BoundaryLoop>,
     /// True when the surface has no trimming loops: the single loop is the border of the domain.
     pub natural: bool,
+}
+
+impl BoundaryLoop {
+    /// Area that the loop encloses, in units of the domain; positive when it is anticlockwise.
+    #[must_use]
+    pub fn signed_area(&self) -> f64 {
+        signed_area(self.points.iter().copied())
+    }
+
+    /// Its segments, the closing one last.
+    pub fn segments(&self) -> impl Iterator<Item = [DVec2; 2]> + '_ {
+        let next = self.points.iter().skip(1).chain(self.points.first());
+        self.points.iter().zip(next).map(|(&a, &b)| [a, b])
+    }
+}
+
+impl TrimRegion {
+    /// Where a point of the domain lies, by the parity of crossings of a ray; exact. `O(points)`.
+    #[must_use]
+    pub fn contains(&self, uv: DVec2) -> Containment {
+        locate(uv, self.loops.iter().flat_map(BoundaryLoop::segments))
+    }
+
+    /// Area of the region in units of the domain: holes count negative.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.loops.iter().map(BoundaryLoop::signed_area).sum()
+    }
 }

@@ -1,0 +1,300 @@
+//! Curves to polylines within a chord tolerance (thesis 3.1).
+//!
+//! A curve `c(t)` of the domain stands for `S(c(t))` in space. A segment from `c(a)` to `c(b)` is good when at every probe
+//! between them
+//! - the point in space is within the tolerance of the chord in space, and
+//! - the way from `c(t)` to the chord in the domain, mapped by `[Su Sv]`, is no longer than the tolerance: that is how far
+//!   the boundary moves sideways on the surface, which a finer grid cannot mend;
+//! - neither is more than [`SAGITTA_SHARE`] of the chord, so that however small a circle is it keeps nine points.
+//!
+//! A segment that is not good is cut into as many equal parts as the deviation asks for (it falls with the square of the
+//! length) and these are tried in turn: fewer points than halving gives. Segments of the same curve that together are
+//! good as well are joined afterwards, so that a spline of a hundred flat pieces does not cost a hundred points.
+//!
+//! Pieces that are straight *and* run along a line of constant u or v get no inner points at all: the cells of the grid
+//! cut them at every line they cross, so the grid's density governs their chord. The same holds for every straight piece
+//! on a plane.
+//!
+//! Limits: deviations are sampled, at three places a segment and more where the curve's degree or the surface's spans
+//! suggest it; they are not a proof.
+
+use glam::{DVec2, DVec3};
+
+use super::checked::{CheckedCurve, CheckedTrims};
+use super::pieces::{Piece, Run};
+use crate::engine::nurbs::{Domain, Surface};
+
+/// The largest sagitta of a segment as a part of its chord: a circle's arc of 40 degrees has 0.088 of it.
+const SAGITTA_SHARE: f64 = 0.09;
+
+/// How often the parts of a piece may be cut again for the tolerance's sake; each cut makes at least two of one.
+const MAX_CUTS: u32 = 16;
+
+/// How often they may be cut for [`SAGITTA_SHARE`] alone. At a cusp no cut helps, so this is small.
+const MAX_TURN_CUTS: u32 = 3;
+
+/// The most parts that one segment is cut into at once.
+const MAX_PARTS: usize = 16;
+
+/// The most probes on one piece before it is cut.
+const MAX_PROBES: usize = 48;
+
+/// The most segments that are joined to one.
+const MAX_JOINED: usize = 64;
+
+/// Kinks within a curve from this angle on are kept and are corners (radians; 3 degrees). Smaller ones come from
+/// approximation, and a knife does not stop for them.
+pub(super) const CORNER_ANGLE: f64 = 0.052;
+
+/// A point of a polyline, and the segment that begins there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ChordPoint {
+    pub(super) uv: DVec2,
+    /// Place of the curve in its loop's walk.
+    pub(super) place: u32,
+    /// Parameter at the point, and where the segment ends.
+    pub(super) t: [f64; 2],
+    /// How far the curve is from the segment, in the metric that it was made with; 0 when it is straight.
+    pub(super) deviation: f64,
+    pub(super) corner: bool,
+}
+
+/// What lengths are measured by.
+pub(super) enum Metric<'a> {
+    /// A constant metric: a plane, or the domain itself. Its `Su` and `Sv`.
+    Constant(DVec3, DVec3),
+    /// A curved surface.
+    Curved(&'a Surface),
+}
+
+impl<'a> Metric<'a> {
+    /// The metric of a surface.
+    pub(super) fn of(surface: &'a Surface) -> Self {
+        /// How far the fourth corner of a bilinear patch may be from the plane's, relative to its diagonals.
+        const PLANE: f64 = 1e-12;
+        if let ([a, b, c, d], None) = (surface.control(), surface.weights()) {
+            // Net of 2 x 2: a = (0, 0), b = (0, 1), c = (1, 0), d = (1, 1).
+            if (*a - *b - *c + *d).length() <= PLANE * (a.distance(*d) + b.distance(*c)) {
+                let Domain { u, v } = surface.domain();
+                let (_, su, sv) = surface.first_derivatives(0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1]));
+                return Self::Constant(su, sv);
+            }
+        }
+        Self::Curved(surface)
+    }
+
+    /// The metric of the domain itself, scaled to a unit square.
+    pub(super) fn of_domain(domain: &Domain) -> Self {
+        Self::Constant(DVec3::X / (domain.u[1] - domain.u[0]), DVec3::Y / (domain.v[1] - domain.v[0]))
+    }
+
+    /// True when a straight line in the domain is straight in space.
+    const fn keeps_lines(&self) -> bool {
+        matches!(self, Self::Constant(..))
+    }
+
+    fn sample(&self, t: f64, uv: DVec2, from: DVec2) -> Sample {
+        match self {
+            Self::Constant(su, sv) => {
+                let d = uv - from;
+                Sample { t, uv, point: *su * d.x + *sv * d.y, su: *su, sv: *sv }
+            }
+            Self::Curved(surface) => {
+                let (point, su, sv) = surface.first_derivatives(uv.x, uv.y);
+                Sample { t, uv, point, su, sv }
+            }
+        }
+    }
+
+    /// The angle between two directions at a point, in [0, pi]; `None` when one of them has no length.
+    pub(super) fn turn(&self, uv: DVec2, a: DVec2, b: DVec2, size: DVec2) -> Option<f64> {
+        let at = self.sample(0.0, uv, uv);
+        let map = |d: DVec2| at.su * d.x + at.sv * d.y;
+        let angle = |a: DVec3, b: DVec3| Some(a.try_normalize()?.cross(b.try_normalize()?).length().atan2(a.dot(b)));
+        // At a pole a direction may have no length in space; the domain's own angle is the next best.
+        angle(map(a), map(b)).or_else(|| angle((a / size).extend(0.0), (b / size).extend(0.0)))
+    }
+}
+
+/// A point on a curve with its image.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    t: f64,
+    uv: DVec2,
+    point: DVec3,
+    su: DVec3,
+    sv: DVec3,
+}
+
+impl Sample {
+    /// How far this point is from the segment between two others, by either of the two measures.
+    fn deviation(&self, a: &Self, b: &Self, flat: bool) -> f64 {
+        let squared = |d: DVec3, e: DVec3| {
+            let length = e.length_squared();
+            let along = if length > 0.0 { (d.dot(e) / length).clamp(0.0, 1.0) } else { 0.0 };
+            (d - e * along).length_squared()
+        };
+        let space = squared(self.point - a.point, b.point - a.point);
+        if flat {
+            return space.sqrt();
+        }
+        let map = |d: DVec2| self.su * d.x + self.sv * d.y;
+        space.max(squared(map(self.uv - a.uv), map(b.uv - a.uv))).sqrt()
+    }
+}
+
+/// Makes polylines of the loops of `trims`. Scratch space is kept from one curve to the next.
+pub(super) struct Chords<'a> {
+    trims: &'a CheckedTrims,
+    metric: Metric<'a>,
+    tolerance: f64,
+    /// Segments of one piece that are still to be tried: own parameter of the end, the sample there, cuts so far.
+    open: Vec<(f64, Sample, u32)>,
+    /// The curve's points with the deviation of the segment that ends there, and whether it must stay.
+    line: Vec<(Sample, f64, bool)>,
+}
+
+impl<'a> Chords<'a> {
+    pub(super) const fn new(trims: &'a CheckedTrims, metric: Metric<'a>, tolerance: f64) -> Self {
+        Self { trims, metric, tolerance, open: Vec::new(), line: Vec::new() }
+    }
+
+    /// Appends the points of a curve, its end left out, in walking order. `limit` is the most points that `out` may hold;
+    /// false when that is not enough.
+    pub(super) fn curve(&mut self, curve: &CheckedCurve, place: u32, out: &mut Vec<ChordPoint>, limit: usize) -> bool {
+        let trims = self.trims;
+        let backwards = curve.backwards();
+        let range = curve.pieces.clone();
+        let count = range.len();
+        self.line.clear();
+        for step in 0..count {
+            let piece = &trims.pieces.list[if backwards { range.end - 1 - step } else { range.start + step }];
+            if self.line.is_empty() {
+                let (t, uv) = if backwards { (piece.t[1], piece.ends[1]) } else { (piece.t[0], piece.ends[0]) };
+                let start = self.metric.sample(t, uv, uv);
+                self.line.push((start, 0.0, true));
+            }
+            self.piece(piece, backwards);
+            if out.len() + self.line.len() > limit {
+                return false;
+            }
+            let next = (step + 1 < count)
+                .then(|| &trims.pieces.list[if backwards { range.end - 2 - step } else { range.start + step + 1 }]);
+            if let (Some(next), Some(last)) = (next, self.line.last_mut()) {
+                last.2 = is_kink(trims, &self.metric, piece, next, backwards);
+            }
+        }
+        self.emit(curve, place, out);
+        true
+    }
+
+    /// Appends the points of one piece, its start left out.
+    fn piece(&mut self, piece: &Piece, backwards: bool) {
+        let Some(&(mut from, ..)) = self.line.last() else { return };
+        let origin = self.line[0].0.uv;
+        let (trims, flat) = (self.trims, self.metric.keeps_lines());
+        let own = |s: f64| if backwards { 1.0 - s } else { s };
+        let sample =
+            |metric: &Metric<'_>, s: f64| metric.sample(piece.parameter(own(s)), trims.evaluate(piece, own(s)), origin);
+        let straight = match piece.run {
+            Run::ConstantU | Run::ConstantV => true,
+            Run::Line => flat,
+            Run::Curved => false,
+        };
+        let end = sample(&self.metric, 1.0);
+        if straight {
+            self.line.push((end, 0.0, false));
+            return;
+        }
+        let mut at = 0.0;
+        self.open.clear();
+        self.open.push((1.0, end, 0));
+        while let Some(&(to, end, cuts)) = self.open.last() {
+            let probes = if cuts == 0 { self.first_probes(piece) } else { 3 };
+            let mut worst = 0.0_f64;
+            for k in 1..=probes {
+                let s = at + (to - at) * (k as f64 / (probes + 1) as f64);
+                worst = worst.max(sample(&self.metric, s).deviation(&from, &end, flat));
+            }
+            let chord = from.point.distance(end.point);
+            let too_far = worst > self.tolerance && cuts < MAX_CUTS;
+            let too_round = worst > SAGITTA_SHARE * chord && cuts < MAX_TURN_CUTS;
+            if !too_far && !too_round {
+                self.line.push((end, worst, false));
+                (at, from) = (to, end);
+                self.open.pop();
+                continue;
+            }
+            let by_tolerance = if too_far { (worst / self.tolerance).sqrt() } else { 0.0 };
+            let by_turn = if too_round { worst / (SAGITTA_SHARE * chord) } else { 0.0 };
+            // The quotient may be infinite: closed pieces have no chord.
+            let parts = by_tolerance.max(by_turn).ceil().clamp(2.0, MAX_PARTS as f64) as usize;
+            self.open.pop();
+            self.open.push((to, end, cuts + 1));
+            for k in (1..parts).rev() {
+                let s = at + (to - at) * (k as f64 / parts as f64);
+                let next = sample(&self.metric, s);
+                self.open.push((s, next, cuts + 1));
+            }
+        }
+    }
+
+    /// How many probes a whole piece needs so that no wave of the curve or of the surface below it is missed.
+    fn first_probes(&self, piece: &Piece) -> usize {
+        let spans = match self.metric {
+            Metric::Constant(..) => 0,
+            Metric::Curved(surface) => {
+                let [a, b] = piece.ends;
+                surface.knots_u().span(a.x).abs_diff(surface.knots_u().span(b.x))
+                    + surface.knots_v().span(a.y).abs_diff(surface.knots_v().span(b.y))
+            }
+        };
+        (1 + (piece.degree() + spans).next_multiple_of(2)).min(MAX_PROBES)
+    }
+
+    /// Joins what may be joined and appends the points.
+    fn emit(&self, curve: &CheckedCurve, place: u32, out: &mut Vec<ChordPoint>) {
+        let flat = self.metric.keeps_lines();
+        let line = &self.line;
+        let mut i = 0;
+        while i + 1 < line.len() {
+            let (mut j, mut deviation) = (i + 1, line[i + 1].1);
+            // Inner points of one piece are as far apart as they can be: only pieces can be joined.
+            while curve.pieces.len() > 1 && !curve.polyline && j + 1 < line.len() && j - i < MAX_JOINED && !line[j].2 {
+                let (a, b) = (&line[i].0, &line[j + 1].0);
+                let inner = line[i + 1..=j + 1].iter().map(|l| l.1).fold(0.0, f64::max);
+                let off = line[i + 1..=j].iter().map(|l| l.0.deviation(a, b, flat)).fold(0.0, f64::max);
+                let most = self.tolerance.min(SAGITTA_SHARE * a.point.distance(b.point));
+                if off + inner > most && off + inner > 0.0 {
+                    break;
+                }
+                (j, deviation) = (j + 1, off + inner);
+            }
+            let (from, _, kink) = &line[i];
+            out.push(ChordPoint {
+                uv: from.uv,
+                place,
+                t: [from.t, line[j].0.t],
+                deviation,
+                corner: if i == 0 { curve.corner_at_start } else { *kink || curve.polyline },
+            });
+            i = j;
+        }
+    }
+}
+
+/// Whether a curve turns sharply from one piece to the next.
+fn is_kink(trims: &CheckedTrims, metric: &Metric<'_>, piece: &Piece, next: &Piece, backwards: bool) -> bool {
+    /// A turn below this in the scaled domain is none in space either, unless the surface is stretched a thousandfold.
+    const SURELY_SMOOTH: f64 = 1e-5;
+    let a = trims.pieces.tangent(piece, !backwards);
+    let b = trims.pieces.tangent(next, backwards);
+    let d = trims.domain;
+    let size = DVec2::new(d.u[1] - d.u[0], d.v[1] - d.v[0]);
+    let (x, y) = (a / size, b / size);
+    if x.dot(y) > 0.0 && x.perp_dot(y).abs() <= SURELY_SMOOTH * x.length() * y.length() {
+        return false;
+    }
+    let uv = piece.ends[usize::from(!backwards)];
+    metric.turn(uv, a, b, size).is_some_and(|angle| angle > CORNER_ANGLE)
+}

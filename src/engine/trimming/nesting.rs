@@ -1,0 +1,147 @@
+//! Areas of polygons, points in polygons, and which loop lies in which.
+//!
+//! Loops that do not cross are nested as their points are: loop `a` lies in loop `b` when one point of `a` that is not on
+//! `b` does. Depth is the number of loops around; even is an outer boundary, odd a hole (thesis 3.1 needs no more).
+
+use glam::DVec2;
+
+use super::contact::orient;
+
+/// Where a point lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Containment {
+    /// Inside.
+    Inside,
+    /// Outside.
+    Outside,
+    /// Exactly on the boundary.
+    Boundary,
+}
+
+/// Signed area of a closed polygon, positive when it is anticlockwise. Taken about its first point, so that a small
+/// polygon far from the origin keeps its digits.
+pub(super) fn signed_area(points: impl Iterator<Item = DVec2>) -> f64 {
+    let mut points = points;
+    let Some(origin) = points.next() else { return 0.0 };
+    let (mut twice, mut last) = (0.0, DVec2::ZERO);
+    for p in points {
+        let d = p - origin;
+        twice += last.perp_dot(d);
+        last = d;
+    }
+    0.5 * twice
+}
+
+/// Crossings of the ray from `p` towards +u with the segment from `a` to `b`: `None` when `p` lies on the segment, else
+/// whether it is crossed. Half open, so a ray through a vertex counts once; the side is found by an exact predicate.
+pub(super) fn crosses_ray(p: DVec2, a: DVec2, b: DVec2) -> Option<bool> {
+    if (a.y > p.y) == (b.y > p.y) {
+        // Level segments can still hold the point.
+        let on = a.y == p.y && b.y == p.y && a.x.min(b.x) <= p.x && p.x <= a.x.max(b.x);
+        let touches = p == a || p == b;
+        return (!on && !touches).then_some(false);
+    }
+    if a.x < p.x && b.x < p.x {
+        return Some(false);
+    }
+    let side = orient(a, b, p);
+    if side == 0.0 { None } else { Some((side > 0.0) == (b.y > a.y)) }
+}
+
+/// Where a point lies with respect to a closed polygon.
+pub(super) fn locate(p: DVec2, polygon: impl Iterator<Item = [DVec2; 2]>) -> Containment {
+    let mut inside = false;
+    for [a, b] in polygon {
+        match crosses_ray(p, a, b) {
+            None => return Containment::Boundary,
+            Some(crossed) => inside ^= crossed,
+        }
+    }
+    if inside { Containment::Inside } else { Containment::Outside }
+}
+
+/// A closed polygon with what nesting asks for.
+pub(super) struct Ring {
+    pub(super) points: Vec<DVec2>,
+    /// Signed.
+    pub(super) area: f64,
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Ring {
+    /// The ring through the given points.
+    pub(super) fn new(points: Vec<DVec2>) -> Self {
+        let area = signed_area(points.iter().copied());
+        let low = points.iter().fold(DVec2::INFINITY, |m, &p| m.min(p));
+        let high = points.iter().fold(DVec2::NEG_INFINITY, |m, &p| m.max(p));
+        Self { points, area, low, high }
+    }
+
+    /// Width and height of its box.
+    pub(super) fn extent(&self) -> DVec2 {
+        self.high - self.low
+    }
+
+    /// Its segments.
+    pub(super) fn segments(&self) -> impl Iterator<Item = [DVec2; 2]> + '_ {
+        let count = self.points.len();
+        (0..count).map(move |i| [self.points[i], self.points[if i + 1 == count { 0 } else { i + 1 }]])
+    }
+
+    /// Whether this ring lies in `other`, which it does not cross; `None` when all its points and middles of segments
+    /// lie on `other`: the two are the same.
+    fn lies_in(&self, other: &Self) -> Option<bool> {
+        if !(self.low.cmpge(other.low).all() && self.high.cmple(other.high).all()) {
+            return Some(false);
+        }
+        let middles = self.segments().map(|[a, b]| (a + b) * 0.5);
+        for p in self.points.iter().copied().chain(middles) {
+            match locate(p, other.segments()) {
+                Containment::Inside => return Some(true),
+                Containment::Outside => return Some(false),
+                Containment::Boundary => {}
+            }
+        }
+        None
+    }
+}
+
+/// Depth and parent of each ring.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Nesting {
+    /// Depth and parent of each ring.
+    pub(super) rings: Vec<(u32, Option<usize>)>,
+    /// Pairs of rings that are the same.
+    pub(super) twins: Vec<(usize, usize)>,
+}
+
+/// Nests rings that do not cross.
+pub(super) fn nest(rings: &[Ring]) -> Nesting {
+    let mut nesting = Nesting::default();
+    for (i, ring) in rings.iter().enumerate() {
+        let mut depth = 0;
+        let mut parent: Option<usize> = None;
+        for (j, other) in rings.iter().enumerate() {
+            if i == j || ring.area.abs() > other.area.abs() {
+                continue;
+            }
+            match ring.lies_in(other) {
+                Some(true) => {
+                    depth += 1;
+                    if parent.is_none_or(|p| rings[p].area.abs() > other.area.abs()) {
+                        parent = Some(j);
+                    }
+                }
+                Some(false) => {}
+                None => {
+                    if i < j {
+                        nesting.twins.push((i, j));
+                    }
+                }
+            }
+        }
+        nesting.rings.push((depth, parent));
+    }
+    nesting
+}

@@ -1,0 +1,156 @@
+//! The polylines of all loops in one array, and a tree of boxes over their segments.
+//!
+//! Consecutive segments of a polyline are neighbours in the plane, so the array itself is a good order for a tree: leaves
+//! are runs of [`LEAF`] segments, each node above joins two. Nothing is sorted, and pairs of segments whose boxes meet
+//! are found in about `O(n log n)` for loops as parts have them.
+
+use std::ops::Range;
+
+use glam::DVec2;
+
+use super::chord::ChordPoint;
+
+/// Segments in a leaf: few enough to compare each with each, enough to keep the tree small.
+const LEAF: usize = 4;
+
+/// Loops as polylines. Segment `i` runs from point `i` to point [`Outline::next`]`(i)`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Outline {
+    pub(super) points: Vec<ChordPoint>,
+    /// Where each loop's points are, with the loop's index in the file. In ascending order without gaps.
+    pub(super) loops: Vec<(usize, Range<usize>)>,
+}
+
+impl Outline {
+    /// The loop (as a place in `loops`) that a point belongs to.
+    pub(super) fn owner(&self, point: usize) -> usize {
+        self.loops.partition_point(|l| l.1.end <= point)
+    }
+
+    /// The point after a point of the loop that covers `range`.
+    pub(super) const fn next_in(range: &Range<usize>, point: usize) -> usize {
+        if point + 1 == range.end { range.start } else { point + 1 }
+    }
+
+    /// The point before it.
+    pub(super) const fn before_in(range: &Range<usize>, point: usize) -> usize {
+        if point == range.start { range.end - 1 } else { point - 1 }
+    }
+
+    /// The point after a point.
+    pub(super) fn next(&self, point: usize) -> usize {
+        Self::next_in(&self.loops[self.owner(point)].1, point)
+    }
+
+    /// The point before a point.
+    pub(super) fn before(&self, point: usize) -> usize {
+        Self::before_in(&self.loops[self.owner(point)].1, point)
+    }
+
+    /// Ends of segment `i`.
+    pub(super) fn segment(&self, i: usize) -> [DVec2; 2] {
+        [self.points[i].uv, self.points[self.next(i)].uv]
+    }
+
+    /// Ends a loop that began at point `start`: points that repeat the one before are dropped. Loops of fewer than three
+    /// points are dropped whole, and false is returned.
+    pub(super) fn close(&mut self, index: usize, start: usize) -> bool {
+        let mut kept = start;
+        for i in start..self.points.len() {
+            let p = self.points[i];
+            if kept > start && self.points[kept - 1].uv == p.uv {
+                let earlier = self.points[kept - 1].corner;
+                self.points[kept - 1] = ChordPoint { corner: p.corner || earlier, ..p };
+            } else {
+                self.points[kept] = p;
+                kept += 1;
+            }
+        }
+        while kept > start + 1 && self.points[kept - 1].uv == self.points[start].uv {
+            kept -= 1;
+            self.points[start].corner |= self.points[kept].corner;
+        }
+        let whole = kept - start >= 3;
+        self.points.truncate(if whole { kept } else { start });
+        if whole {
+            self.loops.push((index, start..kept));
+        }
+        whole
+    }
+}
+
+/// The least and greatest corner of a box.
+pub(super) type Box2 = [DVec2; 2];
+
+/// Whether two boxes have a point in common.
+pub(super) fn meet(a: &Box2, b: &Box2) -> bool {
+    a[0].cmple(b[1]).all() && b[0].cmple(a[1]).all()
+}
+
+/// A tree of boxes over segments.
+pub(super) struct Tree {
+    /// Boxes of the segments.
+    segments: Vec<Box2>,
+    /// Boxes of the nodes, level by level, leaves first.
+    nodes: Vec<Box2>,
+    /// Where each level begins in `nodes`.
+    levels: Vec<Range<usize>>,
+}
+
+impl Tree {
+    /// Builds the tree over boxes of segments.
+    pub(super) fn new(segments: Vec<Box2>) -> Self {
+        let join =
+            |boxes: &[Box2]| boxes.iter().skip(1).fold(boxes[0], |[low, high], b| [low.min(b[0]), high.max(b[1])]);
+        let mut nodes: Vec<Box2> = Vec::with_capacity(segments.len());
+        nodes.extend(segments.chunks(LEAF).map(join));
+        let mut levels = vec![0..nodes.len()];
+        while let Some(level) = levels.last().cloned()
+            && level.len() > 1
+        {
+            let start = nodes.len();
+            for i in level.clone().step_by(2) {
+                let node = join(&nodes[i..(i + 2).min(level.end)]);
+                nodes.push(node);
+            }
+            levels.push(start..nodes.len());
+        }
+        Self { segments, nodes, levels }
+    }
+
+    /// Calls `visit(i, j)` with `i < j` for every pair of segments whose boxes meet, in a fixed order, until it returns
+    /// false.
+    pub(super) fn pairs(&self, mut visit: impl FnMut(usize, usize) -> bool) {
+        let top = self.levels.len() - 1;
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut open = vec![(top, 0_usize, 0_usize)];
+        // Both nodes of a pair are of one level; a node with itself stands for the pairs within it.
+        while let Some((level, a, b)) = open.pop() {
+            let base = self.levels[level].start;
+            if a != b && !meet(&self.nodes[base + a], &self.nodes[base + b]) {
+                continue;
+            }
+            if level > 0 {
+                let below = self.levels[level - 1].len();
+                for x in [2 * a + 1, 2 * a] {
+                    for y in [2 * b + 1, 2 * b] {
+                        if x < below && y < below && (a != b || x <= y) {
+                            open.push((level - 1, x, y));
+                        }
+                    }
+                }
+                continue;
+            }
+            let run = |leaf: usize| leaf * LEAF..((leaf + 1) * LEAF).min(self.segments.len());
+            for i in run(a) {
+                for j in if a == b { i + 1..run(b).end } else { run(b) } {
+                    if meet(&self.segments[i], &self.segments[j]) && !visit(i, j) {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+}
