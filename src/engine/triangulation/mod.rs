@@ -1,13 +1,18 @@
 //! From a trimmed domain to a mesh (thesis chapter 3 and 5.2): density, cells, tracing, polygons, configurations.
 
+pub mod density;
+mod deviation;
 mod error;
 mod grid;
 mod lift;
 mod options;
 mod outcome;
+mod surface_area;
 
+pub use deviation::sampled_chord_error;
 pub use error::TriangulationError;
 pub use grid::grid_mesh;
 pub use lift::lift;
 pub use options::{Configuration, Density, TriangulationMethod, TriangulationOptions};
 pub use outcome::{DomainMesh, GridLines, Lifted, TracingCounts};
+pub use surface_area::trimmed_area;

@@ -1,0 +1,305 @@
+//! What each patch of the domain asks of the grid's steps: `k (a du^2 + 2 b du dv + c dv^2) <= 1`.
+//!
+//! - *Chord*: over a triangle of sides du, dv the mesh leaves the surface by at most
+//!   `(du^2 |Suu| + 2 du dv |Suv| + dv^2 |Svv|) / 8` [Filip, Magedson, Markot 1986]. Only components along the normal
+//!   count, since distance is measured to the nearest point. With `a = |n.Suu| / (8 tol)` and so on the bound is the
+//!   constraint above with k = 1. For a surface that is quadratic over the triangle the greatest distance is known
+//!   exactly ([`quadratic_distance`]); k brings the bound down to it at the cell that is best for the patch alone.
+//!   On a saddle, where the two curvatures work against each other, that is up to half.
+//! - *Edge*: the square of a cell's longest edge is `du^2 Su.Su + 2 du dv |Su.Sv| + dv^2 Sv.Sv`, which must stay below
+//!   `edge^2`: the same form.
+//!
+//! Samples stand in the middle of patches (see [`super::axis`]); values between them are the check's business.
+
+use glam::DVec3;
+
+use super::axis::Axis;
+use crate::engine::nurbs::{Surface, SurfaceDerivatives};
+
+/// Below this share of |Su| |Sv| the normal is not known and whole vectors are taken instead of their normal parts:
+/// near a pole that asks for more, never for less.
+const NORMAL_SHARE: f64 = 1e-12;
+
+/// What is kept small.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Aim {
+    /// Distance between mesh and surface, mm.
+    Chord(f64),
+    /// Length of edges, mm.
+    Edge(f64),
+}
+
+/// The need of one patch. All three of `a`, `b`, `c` are non-negative.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Need {
+    /// Of du^2.
+    pub a: f64,
+    /// Of du dv.
+    pub b: f64,
+    /// Of dv^2.
+    pub c: f64,
+    /// The factor of the whole form, in (0, 1].
+    pub k: f64,
+}
+
+impl Need {
+    /// What the steps use up of the allowance: at most 1 is good.
+    #[cfg(test)]
+    fn used(&self, du: f64, dv: f64) -> f64 {
+        (self.k * (self.a * du * du + 2.0 * self.b * du * dv + self.c * dv * dv))
+            .max(self.a * du * du)
+            .max(self.c * dv * dv)
+    }
+}
+
+/// Which diagonals the cells will have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Diagonals {
+    /// All from (i, j) to (i + 1, j + 1).
+    Rising,
+    /// All from (i + 1, j) to (i, j + 1).
+    Falling,
+    /// Both occur.
+    Both,
+}
+
+/// Needs of all patches, `v` fastest: patch (i, j) stands at `patches[i * along.len() + j]`.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Needs {
+    /// Strips along u.
+    pub u: Axis,
+    /// Strips along v.
+    pub v: Axis,
+    /// The needs.
+    pub patches: Vec<Need>,
+    /// Patches that the part touches.
+    pub covered: Vec<bool>,
+    /// Kinks of `u` that must be lines.
+    pub breaks_u: Vec<f64>,
+    /// Kinks of `v` that must be lines.
+    pub breaks_v: Vec<f64>,
+    /// Mean |Su| and |Sv|: what a parameter is worth in millimetres.
+    pub speeds: [f64; 2],
+}
+
+/// Eight times the greatest distance of a triangle to the quadratic surface with fundamental values `p = n.Suu du^2`,
+/// `q = n.Suv du dv`, `r = n.Svv dv^2` over it, for the cell's rising diagonal (the falling one: `-q`).
+///
+/// On the edges the distance is greatest half-way. Where the form is definite and the triangle acute in its metric,
+/// it is half the squared circumradius, `l1 l2 l3 / (16 K^2)` with squared sides l and doubled area 2K.
+pub(super) fn quadratic_distance(p: f64, q: f64, r: f64) -> f64 {
+    let diagonal = p + 2.0 * q + r;
+    let (l1, l2, l3) = (p.abs(), r.abs(), diagonal.abs());
+    let edges = l1.max(l2).max(l3);
+    let determinant = p * r - q * q;
+    if determinant > 0.0 && 2.0 * edges < l1 + l2 + l3 {
+        // An acute triangle's circumradius is at most 2/sqrt(3) of half its longest side; the limit guards rounding.
+        (l1 * l2 * l3 / determinant).clamp(edges, edges * 4.0 / 3.0)
+    } else {
+        edges
+    }
+}
+
+fn chord_need(d: &SurfaceDerivatives, tolerance: f64, diagonals: Diagonals) -> Need {
+    let scale = 1.0 / (8.0 * tolerance);
+    let normal = d.su.cross(d.sv);
+    let length = normal.length();
+    if length <= NORMAL_SHARE * d.su.length() * d.sv.length() {
+        let part = |x: DVec3| x.length() * scale;
+        return Need { a: part(d.suu), b: part(d.suv), c: part(d.svv), k: 1.0 };
+    }
+    let normal = normal / length;
+    let (a, b, c) = (normal.dot(d.suu) * scale, normal.dot(d.suv) * scale, normal.dot(d.svv) * scale);
+    // The best cell for the patch alone gives either direction the same share: |a| du^2 = |c| dv^2 = 1.
+    let twist = b / (a * c).abs().sqrt();
+    let k = if twist.is_finite() {
+        let distance = |q: f64| quadratic_distance(a.signum(), q, c.signum());
+        let distance = match diagonals {
+            Diagonals::Rising => distance(twist),
+            Diagonals::Falling => distance(-twist),
+            Diagonals::Both => distance(twist).max(distance(-twist)),
+        };
+        (distance / (2.0 + 2.0 * twist.abs())).min(1.0)
+    } else {
+        1.0
+    };
+    Need { a: a.abs(), b: b.abs(), c: c.abs(), k }
+}
+
+fn edge_need(d: &SurfaceDerivatives, longest: f64, diagonals: Diagonals) -> Need {
+    let scale = 1.0 / (longest * longest);
+    let b = match diagonals {
+        Diagonals::Rising => d.su.dot(d.sv).max(0.0),
+        Diagonals::Falling => (-d.su.dot(d.sv)).max(0.0),
+        Diagonals::Both => d.su.dot(d.sv).abs(),
+    };
+    Need { a: d.su.length_squared() * scale, b: b * scale, c: d.sv.length_squared() * scale, k: 1.0 }
+}
+
+impl Needs {
+    /// Samples the surface in the middle of each covered patch.
+    pub(super) fn sample(
+        surface: &Surface,
+        u: Axis,
+        v: Axis,
+        covered: Vec<bool>,
+        aim: Aim,
+        diagonals: Diagonals,
+    ) -> Self {
+        let mut patches = vec![Need::default(); covered.len()];
+        let (mut speed_u, mut speed_v, mut count) = (0.0, 0.0, 0.0_f64);
+        let (columns, along) = (u.len(), v.len());
+        let middles = |axis: &Axis| (0..axis.len()).map(|strip| axis.middle(strip)).collect::<Vec<f64>>();
+        let mut samples = Vec::new();
+        surface.grid_derivatives(&middles(&u), &middles(&v), &mut samples);
+        for i in 0..columns {
+            for j in 0..along {
+                if !covered[i * along + j] {
+                    continue;
+                }
+                let d = &samples[j * columns + i];
+                speed_u += d.su.length();
+                speed_v += d.sv.length();
+                count += 1.0;
+                patches[i * along + j] = match aim {
+                    Aim::Chord(tolerance) => chord_need(d, tolerance, diagonals),
+                    Aim::Edge(longest) => edge_need(d, longest, diagonals),
+                };
+            }
+        }
+        let count = count.max(1.0);
+        let mut needs = Self {
+            u,
+            v,
+            patches,
+            covered,
+            breaks_u: Vec::new(),
+            breaks_v: Vec::new(),
+            speeds: [speed_u / count, speed_v / count],
+        };
+        if let Aim::Chord(tolerance) = aim {
+            needs.breaks_u = needs.settle_kinks(surface, tolerance, true);
+            needs.breaks_v = needs.settle_kinks(surface, tolerance, false);
+        }
+        needs
+    }
+
+    /// Tells kinks that need a line of their own from those that are better taken for curvature, and does the latter.
+    ///
+    /// A chord of step h over a turn of the derivative by J leaves the surface by `|n.J| h / 4`. A polyline of fine
+    /// steps that stands for a smooth curve turns by so little that every other kink could be left out; such turns are
+    /// spread over the strips beside them as the curvature `J / width`.
+    fn settle_kinks(&mut self, surface: &Surface, tolerance: f64, along_u: bool) -> Vec<f64> {
+        let (axis, other) = if along_u { (&self.u, &self.v) } else { (&self.v, &self.u) };
+        let stride = self.v.len();
+        let place =
+            |strip: usize, across: usize| if along_u { strip * stride + across } else { across * stride + strip };
+        let mut breaks = Vec::new();
+        for kink in &axis.kinks {
+            let after = axis.strip_of(*kink);
+            let before = after.saturating_sub(1);
+            let reach = axis.width(before) + axis.width(after);
+            let near = axis.width(before).min(axis.width(after)) * ONE_SIDE;
+            let mut turns = Vec::with_capacity(other.len());
+            for across in 0..other.len() {
+                let at = |t: f64| {
+                    let (u, v) = if along_u { (t, other.middle(across)) } else { (other.middle(across), t) };
+                    let (_, su, sv) = surface.first_derivatives(u, v);
+                    (if along_u { su } else { sv }, su.cross(sv).normalize_or_zero())
+                };
+                let covered = self.covered[place(before, across)] || self.covered[place(after, across)];
+                let turn = if covered {
+                    let (left, left_normal) = at(kink - near);
+                    let (right, right_normal) = at(kink + near);
+                    (left_normal + right_normal).normalize_or_zero().dot(right - left).abs() / (4.0 * tolerance)
+                } else {
+                    0.0
+                };
+                turns.push(turn);
+            }
+            if turns.iter().any(|turn| turn * reach > SMOOTH_TURN) {
+                breaks.push(*kink);
+                continue;
+            }
+            for (across, turn) in turns.iter().enumerate() {
+                for strip in [before, after] {
+                    let patch = &mut self.patches[place(strip, across)];
+                    let spread = turn / reach;
+                    *(if along_u { &mut patch.a } else { &mut patch.c }) += spread;
+                    patch.k = patch.k.max(f64::MIN_POSITIVE);
+                }
+            }
+        }
+        breaks
+    }
+
+    /// Multiplies all needs, as when the tolerance is divided by `factor`.
+    pub(super) fn tighten(&mut self, factor: f64) {
+        for n in &mut self.patches {
+            n.a *= factor;
+            n.b *= factor;
+            n.c *= factor;
+        }
+    }
+}
+
+/// How far beside a kink, in widths of the narrower strip, a derivative is taken for that of its side: small against
+/// what the derivative changes over a strip, large against the rounding of parameters.
+const ONE_SIDE: f64 = 1e-6;
+
+/// Share of the tolerance up to which the turn of one kink, stepped over, counts as curvature. More would smooth over
+/// edges that are meant; less would make a line of every point of a finely sampled curve.
+const SMOOTH_TURN: f64 = 0.5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Greatest distance of the triangle to the quadratic, by brute force.
+    fn sampled(p: f64, q: f64, r: f64) -> f64 {
+        // f(x, y) = (p x^2 + 2 q x y + r y^2) / 2 over (0,0), (1,0), (1,1).
+        let f = |x: f64, y: f64| 0.5 * (p * x * x + 2.0 * q * x * y + r * y * y);
+        let n = 200;
+        let mut greatest = 0.0_f64;
+        for i in 0..=n {
+            for j in 0..=i {
+                let (x, y) = (f64::from(i) / f64::from(n), f64::from(j) / f64::from(n));
+                let plane = (x - y) * f(1.0, 0.0) + y * f(1.0, 1.0);
+                greatest = greatest.max((f(x, y) - plane).abs());
+            }
+        }
+        greatest
+    }
+
+    proptest! {
+        #[test]
+        fn the_distance_of_a_quadratic_is_exact(p in -2.0..2.0_f64, q in -2.0..2.0_f64, r in -2.0..2.0_f64) {
+            let exact = quadratic_distance(p, q, r) / 8.0;
+            let brute = sampled(p, q, r);
+            prop_assert!(brute <= exact * (1.0 + 1e-12) + 1e-15);
+            prop_assert!(brute >= exact * 0.995 - 1e-9, "{} {}", brute, exact);
+        }
+
+        #[test]
+        fn the_bound_of_filip_is_never_below_the_distance(p in -2.0..2.0_f64, q in -2.0..2.0_f64, r in -2.0..2.0_f64) {
+            prop_assert!(quadratic_distance(p, q, r) <= (p.abs() + 2.0 * q.abs() + r.abs()) * (1.0 + 1e-12));
+        }
+    }
+
+    #[test]
+    fn an_ellipsoidal_patch_uses_its_allowance_in_the_best_cell() {
+        let d = SurfaceDerivatives {
+            su: DVec3::X,
+            sv: DVec3::Y,
+            suu: DVec3::Z * 4.0,
+            svv: DVec3::Z,
+            ..SurfaceDerivatives::default()
+        };
+        let need = chord_need(&d, 0.125, Diagonals::Rising);
+        assert!((need.used(0.5 / 2.0_f64.sqrt(), 1.0 / 2.0_f64.sqrt()) - 1.0).abs() < 1e-12);
+        assert_eq!(need.k, 1.0);
+        let saddle = chord_need(&SurfaceDerivatives { svv: -DVec3::Z, ..d }, 0.125, Diagonals::Rising);
+        assert_eq!(saddle.k, 0.5);
+    }
+}
