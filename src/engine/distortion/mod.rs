@@ -1,10 +1,19 @@
 //! How much a flattening distorts the material (thesis 4.3), and where.
 
+mod aspect;
+mod change;
 mod limits;
+mod measure;
 mod report;
+mod strain;
+mod verdict;
 
+pub use change::{Change, Original};
 pub use limits::{LimitCheck, Limits, Thresholds, Verdict, VerdictResult};
+pub use measure::measure;
 pub use report::{
     AspectRatio, BoundaryReport, DistortionMeasures, DistortionReport, FlatteningReport, PatternReport,
     PlacementReport, Report, SeedSearchReport, StrainPlace, StrainReport, TriangulationReport,
 };
+pub use strain::{TriangleStrain, strains};
+pub use verdict::verdict;

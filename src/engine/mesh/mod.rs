@@ -3,11 +3,15 @@
 use glam::{DVec2, DVec3};
 
 mod fault;
+pub mod invariants;
+pub mod measures;
+mod pieces;
 #[cfg(test)]
 pub(crate) mod test_meshes;
 pub mod topology;
 
 pub use fault::MeshFault;
+pub use pieces::{Piece, pieces};
 pub use topology::Topology;
 
 /// A triangle mesh as struct of arrays.

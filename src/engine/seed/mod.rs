@@ -1,6 +1,14 @@
 //! Seeds: candidates and the exhaustive search (thesis 4.4.4).
+//!
+//! A seed is the triangle that a sequential flattening starts from. [`locate`] finds one by a name or a place,
+//! [`search`](search::search) tries them all.
+
+pub mod locate;
+pub mod search;
 
 #[cfg(test)]
 mod reference_tests;
 #[cfg(test)]
 mod test_cases;
+
+pub use search::{Changes, SearchSettings, SeedSearch, search};
