@@ -78,7 +78,13 @@ fn points2(points: &[DVec2]) -> String {
 
 /// Numbers in the shortest form that reads back to the same bits.
 fn list(numbers: &[f64]) -> String {
-    let numbers: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+    let numbers: Vec<String> = numbers
+        .iter()
+        .map(|x| {
+            let text = format!("{x:?}");
+            text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+        })
+        .collect();
     format!("[{}]", numbers.join(", "))
 }
 
