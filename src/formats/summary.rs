@@ -6,7 +6,7 @@ use super::surface_json::ReadSurface;
 use super::units::Units;
 use crate::engine::error::Place;
 use crate::engine::nurbs::KnotVector;
-use crate::engine::trimming::Side;
+use crate::engine::trimming::{Side, TrimWarning};
 
 /// The kind of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -26,6 +26,12 @@ pub struct SurfaceWarning {
     /// Where.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
+}
+
+impl From<&TrimWarning> for SurfaceWarning {
+    fn from(warning: &TrimWarning) -> Self {
+        Self { code: warning.code.to_owned(), detail: warning.detail.clone(), place: Some(warning.place.clone()) }
+    }
 }
 
 /// The summary of a surface.
@@ -88,7 +94,7 @@ pub fn summarise(read: &ReadSurface) -> Summary {
         rational: surface.weights().is_some(),
         loops: read.trimmed.loops.len(),
         curves: read.trimmed.loops.iter().map(|l| l.curves.len()).sum(),
-        warnings: Vec::new(),
+        warnings: read.checked.warnings().iter().map(SurfaceWarning::from).collect(),
         inferred: read.inferred.clone(),
     }
 }

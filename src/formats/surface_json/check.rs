@@ -3,21 +3,33 @@
 //! Faults are found field by field and curve by curve, so that one bad knot vector does not hide another. The loops as
 //! such (gaps, crossings) are judged by the engine when nothing else is wrong.
 
+use std::collections::BTreeMap;
+
 use glam::{DVec2, DVec3};
 
+use super::ReadOptions;
 use super::draft::{CurveDraft, Field, Rows, SurfaceDraft};
 use super::limits::{
     MAX_COORDINATE_MM, MAX_PARAMETER, MAX_WEIGHT_RATIO, MIN_DOMAIN, MIN_DOMAIN_RELATIVE, MIN_EXTENT_MM,
     MIN_EXTENT_RELATIVE,
 };
-use super::{ReadOptions, ReadSurface};
 use crate::engine::nurbs::{Curve2, KnotVector, Surface};
 use crate::engine::trimming::{Side, TrimCurve, TrimLoop, TrimShape, TrimmedSurface};
 use crate::formats::faults::{FaultList, Step, pointer};
 use crate::formats::units::Units;
 
+/// What a draft without faults comes to.
+#[derive(Debug)]
+pub(super) struct Sound {
+    pub(super) name: Option<String>,
+    pub(super) units: Units,
+    pub(super) labels: BTreeMap<String, String>,
+    pub(super) trimmed: TrimmedSurface,
+    pub(super) inferred: Vec<String>,
+}
+
 /// Checks a draft and makes a surface of it. `None` when something is wrong: then `faults` says what.
-pub(super) fn check(draft: SurfaceDraft, options: &ReadOptions, faults: &mut FaultList) -> Option<ReadSurface> {
+pub(super) fn check(draft: SurfaceDraft, options: &ReadOptions, faults: &mut FaultList) -> Option<Sound> {
     if !draft.is_object {
         return None;
     }
@@ -52,7 +64,7 @@ pub(super) fn check(draft: SurfaceDraft, options: &ReadOptions, faults: &mut Fau
         return None;
     }
     let trimmed = TrimmedSurface { surface: surface?, loops, side };
-    Some(ReadSurface { name: draft.name, units: units?, labels: draft.labels, trimmed, inferred })
+    Some(Sound { name: draft.name, units: units?, labels: draft.labels, trimmed, inferred })
 }
 
 struct Checker<'a> {

@@ -18,10 +18,11 @@ pub use envelope::{Envelope, envelope};
 pub use limits::ReadLimits;
 pub use write::write;
 
-use super::faults::{Fault, FaultList};
+use super::faults::{Fault, FaultList, Step, pointer};
 use super::sniff::BYTE_ORDER_MARK;
 use super::units::Units;
-use crate::engine::trimming::{Side, TrimmedSurface};
+use crate::engine::error::Located as _;
+use crate::engine::trimming::{CheckedTrims, Side, TrimmedSurface, TrimmingError};
 
 /// How a file is to be read.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -47,6 +48,8 @@ pub struct ReadSurface {
     pub labels: BTreeMap<String, String>,
     /// The surface, in millimetres.
     pub trimmed: TrimmedSurface,
+    /// Its loops as checked: mended, nested, with warnings.
+    pub checked: CheckedTrims,
     /// What the file did not say outright, in words.
     pub inferred: Vec<String>,
 }
@@ -73,8 +76,45 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<ReadSurface, Vec<Faul
             faults.add(pointer, format!("{place}: {}", error.detail));
             Err(faults.into_faults())
         }
-        Ok(draft) => check::check(draft, options, &mut faults).ok_or_else(|| faults.into_faults()),
+        Ok(draft) => finish(draft, options, faults),
     }
+}
+
+/// The second pass and the engine's own checklist of the loops.
+fn finish(draft: draft::SurfaceDraft, options: &ReadOptions, mut faults: FaultList) -> Result<ReadSurface, Vec<Fault>> {
+    let Some(sound) = check::check(draft, options, &mut faults) else { return Err(faults.into_faults()) };
+    match sound.trimmed.check() {
+        Ok(checked) => Ok(ReadSurface {
+            name: sound.name,
+            units: sound.units,
+            labels: sound.labels,
+            trimmed: sound.trimmed,
+            checked,
+            inferred: sound.inferred,
+        }),
+        Err(errors) => {
+            for error in &errors {
+                faults.push(loop_fault(error, &options.pointer_prefix));
+            }
+            Err(faults.into_faults())
+        }
+    }
+}
+
+/// A fault of the loops with its pointer: `/trims/L/C`, `/trims/L`, or `/trims`.
+fn loop_fault(error: &TrimmingError, prefix: &str) -> Fault {
+    let place = error.place();
+    let mut steps = vec![Step::Field("trims")];
+    if let Some(loop_index) = place.loop_index {
+        steps.push(Step::Index(loop_index));
+        steps.extend(place.curve.map(Step::Index));
+    }
+    let mut detail = error.to_string();
+    for remedy in error.remedies() {
+        detail.push_str(". ");
+        detail.push_str(&remedy.say);
+    }
+    Fault { pointer: pointer(prefix, &steps), detail, place: Some(place) }
 }
 
 /// A byte offset as a person finds it: both counted from 1, columns in characters.

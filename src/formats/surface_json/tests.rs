@@ -199,6 +199,17 @@ fn every_count_has_its_limit() {
 }
 
 #[test]
+fn faults_of_the_loops_have_their_pointer_and_place() {
+    let gap = faults(&plate("\"control_points\": [[1,1],[39,19]]", "\"control_points\": [[2,3],[39,19]]"));
+    assert!(gap[0].starts_with("/trims/0/1: ") && gap[0].contains("mm from the start"), "{gap:?}");
+    let crossing = reads(&plate("[[1,1],[39,1],[39,19]]", "[[1,1],[39,1],[10,3],[10,1],[39,19]]")).unwrap_err();
+    assert!(crossing[0].pointer.starts_with("/trims/0"), "{crossing:?}");
+    assert!(crossing[0].place.as_ref().is_some_and(|p| p.uv.is_some()), "{crossing:?}");
+    let outside = faults(&plate("[39,1]", "[45,1]"));
+    assert!(outside[0].starts_with("/trims/0/0: "), "{outside:?}");
+}
+
+#[test]
 fn pointers_begin_with_the_prefix() {
     let options = ReadOptions { pointer_prefix: "/surface".into(), ..ReadOptions::default() };
     let found = read(plate("\"degree_u\": 1", "\"degree_u\": 0").as_bytes(), &options).unwrap_err();
