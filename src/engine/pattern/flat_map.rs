@@ -1,0 +1,118 @@
+//! The map from a surface's domain to its flattening: piecewise affine over the triangles of the domain mesh.
+//!
+//! A point of the domain is found in its triangle; its barycentric coordinates there give its place in the plane and on
+//! the mesh. The domain mesh covers the domain whole, so this works across poles too: triangles that vanish in space map
+//! to the line between the pole and the vertex opposite.
+//!
+//! The mesh of a trimmed domain is bounded by chords, and the exact curve may lie outside by up to their height. There the
+//! nearest triangle's affine map is continued, as far as lengths in the plane agree with those on the surface (in a
+//! sliver they may not); else the nearest point stands.
+
+use glam::{DVec2, DVec3};
+
+use super::locator::{Located, Locator};
+use crate::engine::nurbs::Surface;
+use crate::engine::triangulation::Lifted;
+
+/// A continued step in the plane may differ from the step on the surface by this factor either way. Smaller: honest
+/// continuation is refused where the material is strained; larger: slivers throw points about.
+const CONTINUED: f64 = 2.0;
+
+/// A point outside of the mesh by less than this part of a triangle counts as on its border: rounding.
+const HAIR: f64 = 1e-9;
+
+/// A flattened mesh as a map of its domain.
+#[derive(Debug)]
+pub(super) struct FlatMap<'a> {
+    surface: &'a Surface,
+    lifted: &'a Lifted,
+    flat: &'a [DVec2],
+    locator: Locator<'a>,
+}
+
+/// A point of the domain on the mesh and in the plane.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mapped {
+    /// In the plane; NaN where the mesh is not flattened.
+    pub(super) flat: DVec2,
+    /// On the mesh.
+    pub(super) mesh: DVec3,
+    /// The triangle of the domain mesh.
+    pub(super) triangle: u32,
+}
+
+impl<'a> FlatMap<'a> {
+    /// The map of a mesh whose vertex `k` lies at `flat[k]`.
+    pub(super) fn new(surface: &'a Surface, lifted: &'a Lifted, flat: &'a [DVec2]) -> Self {
+        Self { surface, lifted, flat, locator: Locator::new(&lifted.domain) }
+    }
+
+    /// Where a point of the domain comes to lie. `None` only for a mesh without triangles or a point that is not finite.
+    pub(super) fn at(&self, uv: DVec2) -> Option<Mapped> {
+        let located = self.locator.locate(uv)?;
+        let corners = self.mesh_corners(located.triangle);
+        let mapped = self.mapped(corners, &located, located.weights);
+        if located.inside {
+            return Some(mapped);
+        }
+        Some(self.continued(uv, corners, &located, mapped).unwrap_or(mapped))
+    }
+
+    /// Continues the triangle's map beyond its border, where that is sound.
+    fn continued(&self, uv: DVec2, corners: [usize; 3], located: &Located, on: Mapped) -> Option<Mapped> {
+        let [a, b, c] = self.locator.corners(located.triangle);
+        let (ab, ac, ap) = (b - a, c - a, uv - a);
+        let area = ab.perp_dot(ac);
+        let (x, y) = (ap.perp_dot(ac) / area, ab.perp_dot(ap) / area);
+        let weights = [1.0 - x - y, x, y];
+        if !(x.is_finite() && y.is_finite()) || weights.iter().all(|&w| w > -HAIR) {
+            return None;
+        }
+        let beyond = self.mapped(corners, located, weights);
+        let near = a * located.weights[0] + b * located.weights[1] + c * located.weights[2];
+        let step = self.surface.point(uv.x, uv.y).distance(self.surface.point(near.x, near.y));
+        let (flat, mesh) = (on.flat.distance(beyond.flat), on.mesh.distance(beyond.mesh));
+        let agrees = |length: f64| length <= CONTINUED * step && step <= CONTINUED * length;
+        (agrees(flat) && agrees(mesh)).then_some(beyond)
+    }
+
+    /// The map's derivative at a point: where the unit steps along u and v go in the plane. `None` where the triangle there
+    /// is not flattened.
+    pub(super) fn jacobian(&self, uv: DVec2) -> Option<[DVec2; 2]> {
+        let triangle = self.locator.locate(uv)?.triangle;
+        let [a, b, c] = self.locator.corners(triangle);
+        let [fa, fb, fc] = self.mesh_corners(triangle).map(|k| self.flat[k]);
+        let (ab, ac) = (b - a, c - a);
+        let area = ab.perp_dot(ac);
+        // Weights of the second and third corner change by these along u and v.
+        let du = [ac.y / area, -ab.y / area];
+        let dv = [-ac.x / area, ab.x / area];
+        let along = |d: [f64; 2]| (fb - fa) * d[0] + (fc - fa) * d[1];
+        let result = [along(du), along(dv)];
+        result.iter().all(|d| d.is_finite()).then_some(result)
+    }
+
+    /// The triangle of the mesh (not of the domain) that a triangle of the domain became; `u32::MAX` where it vanished.
+    pub(super) fn mesh_triangle(&self, domain_triangle: u32) -> u32 {
+        self.lifted.triangle_of.get(domain_triangle as usize).copied().unwrap_or(u32::MAX)
+    }
+
+    /// The mesh vertices at the corners of a triangle of the domain. By way of the triangle, since a vertex at which two
+    /// pieces touch may be two in the mesh.
+    fn mesh_corners(&self, triangle: u32) -> [usize; 3] {
+        let own = self.mesh_triangle(triangle) as usize;
+        match self.lifted.mesh.triangles.get(own) {
+            Some(corners) => corners.map(|k| k as usize),
+            None => self.lifted.domain.triangles[triangle as usize].map(|k| self.lifted.vertex_of[k as usize] as usize),
+        }
+    }
+
+    fn mapped(&self, [a, b, c]: [usize; 3], located: &Located, [wa, wb, wc]: [f64; 3]) -> Mapped {
+        let p = &self.lifted.mesh.positions;
+        Mapped {
+            flat: self.flat[a] * wa + self.flat[b] * wb + self.flat[c] * wc,
+            mesh: p[a] * wa + p[b] * wb + p[c] * wc,
+            triangle: located.triangle,
+        }
+    }
+}
