@@ -11,6 +11,7 @@
 use glam::{DVec2, DVec3};
 
 use super::locator::{Located, Locator};
+use crate::engine::mesh::Topology;
 use crate::engine::nurbs::Surface;
 use crate::engine::triangulation::Lifted;
 
@@ -28,6 +29,29 @@ pub(super) struct FlatMap<'a> {
     lifted: &'a Lifted,
     flat: &'a [DVec2],
     locator: Locator<'a>,
+    pieces: Pieces,
+}
+
+/// The pieces of a mesh: sets of triangles joined by edges.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Pieces {
+    /// How many there are, at least one.
+    pub(super) count: u32,
+    /// For each triangle of the mesh its piece.
+    of_triangle: Vec<u32>,
+}
+
+impl Pieces {
+    fn new(lifted: &Lifted) -> Self {
+        let mesh = &lifted.mesh;
+        match Topology::of_triangles(&mesh.triangles, mesh.positions.len()) {
+            Ok(topology) if topology.piece_count() > 1 => {
+                Self { count: topology.piece_count() as u32, of_triangle: topology.piece_of().to_vec() }
+            }
+            // A mesh that is no surface is not taken apart.
+            _ => Self { count: 1, of_triangle: vec![0; mesh.triangles.len()] },
+        }
+    }
 }
 
 /// A point of the domain on the mesh and in the plane.
@@ -37,21 +61,56 @@ pub(super) struct Mapped {
     pub(super) flat: DVec2,
     /// On the mesh.
     pub(super) mesh: DVec3,
-    /// The triangle of the domain mesh.
-    pub(super) triangle: u32,
 }
 
 impl<'a> FlatMap<'a> {
     /// The map of a mesh whose vertex `k` lies at `flat[k]`.
     pub(super) fn new(surface: &'a Surface, lifted: &'a Lifted, flat: &'a [DVec2]) -> Self {
-        Self { surface, lifted, flat, locator: Locator::new(&lifted.domain) }
+        Self { surface, lifted, flat, locator: Locator::new(&lifted.domain), pieces: Pieces::new(lifted) }
     }
 
-    /// Where a point of the domain comes to lie. `None` only for a mesh without triangles or a point that is not finite.
-    pub(super) fn at(&self, uv: DVec2) -> Option<Mapped> {
-        let located = self.locator.locate(uv)?;
+    /// The mesh's pieces.
+    pub(super) const fn pieces(&self) -> &Pieces {
+        &self.pieces
+    }
+
+    /// The piece that a triangle of the domain belongs to; `None` where it vanished in space.
+    fn piece_of(&self, domain_triangle: u32) -> Option<u32> {
+        self.pieces.of_triangle.get(self.mesh_triangle(domain_triangle) as usize).copied()
+    }
+
+    /// For each vertex of the mesh its piece.
+    pub(super) fn pieces_of_vertices(&self) -> Vec<u32> {
+        let mut of_vertex = vec![0; self.flat.len()];
+        for (corners, &piece) in self.lifted.mesh.triangles.iter().zip(&self.pieces.of_triangle) {
+            for &k in corners {
+                of_vertex[k as usize] = piece;
+            }
+        }
+        of_vertex
+    }
+
+    /// The triangles of one piece: `part` restricted to it.
+    pub(super) fn within(&self, part: &[bool], piece: u32) -> Vec<bool> {
+        part.iter().zip(&self.pieces.of_triangle).map(|(&belongs, &p)| belongs && p == piece).collect()
+    }
+
+    /// The piece that a point of the domain lies in or nearest to.
+    pub(super) fn piece_at(&self, uv: DVec2) -> u32 {
+        self.locator.locate(uv).and_then(|l| self.piece_of(l.triangle)).unwrap_or(0)
+    }
+
+    /// Where a point of a piece comes to lie. `None` only for a mesh without triangles or a point that is not finite.
+    ///
+    /// Where pieces touch in a vertex, a point there lies in both: so the piece is named.
+    pub(super) fn at(&self, uv: DVec2, piece: u32) -> Option<Mapped> {
+        let located = if self.pieces.count == 1 {
+            self.locator.locate(uv)?
+        } else {
+            self.locator.locate_among(uv, |t| self.piece_of(t).is_none_or(|p| p == piece))?
+        };
         let corners = self.mesh_corners(located.triangle);
-        let mapped = self.mapped(corners, &located, located.weights);
+        let mapped = self.mapped(corners, located.weights);
         if located.inside {
             return Some(mapped);
         }
@@ -68,7 +127,7 @@ impl<'a> FlatMap<'a> {
         if !(x.is_finite() && y.is_finite()) || weights.iter().all(|&w| w > -HAIR) {
             return None;
         }
-        let beyond = self.mapped(corners, located, weights);
+        let beyond = self.mapped(corners, weights);
         let near = a * located.weights[0] + b * located.weights[1] + c * located.weights[2];
         let step = self.surface.point(uv.x, uv.y).distance(self.surface.point(near.x, near.y));
         let (flat, mesh) = (on.flat.distance(beyond.flat), on.mesh.distance(beyond.mesh));
@@ -78,8 +137,9 @@ impl<'a> FlatMap<'a> {
 
     /// The map's derivative at a point: where the unit steps along u and v go in the plane. `None` where the triangle there
     /// is not flattened.
-    pub(super) fn jacobian(&self, uv: DVec2) -> Option<[DVec2; 2]> {
-        let triangle = self.locator.locate(uv)?.triangle;
+    pub(super) fn jacobian(&self, uv: DVec2, piece: u32) -> Option<[DVec2; 2]> {
+        // A triangle that vanished in space has no derivative.
+        let triangle = self.locator.locate_among(uv, |t| self.piece_of(t) == Some(piece))?.triangle;
         let [a, b, c] = self.locator.corners(triangle);
         let [fa, fb, fc] = self.mesh_corners(triangle).map(|k| self.flat[k]);
         let (ab, ac) = (b - a, c - a);
@@ -93,7 +153,7 @@ impl<'a> FlatMap<'a> {
     }
 
     /// The triangle of the mesh (not of the domain) that a triangle of the domain became; `u32::MAX` where it vanished.
-    pub(super) fn mesh_triangle(&self, domain_triangle: u32) -> u32 {
+    fn mesh_triangle(&self, domain_triangle: u32) -> u32 {
         self.lifted.triangle_of.get(domain_triangle as usize).copied().unwrap_or(u32::MAX)
     }
 
@@ -107,12 +167,11 @@ impl<'a> FlatMap<'a> {
         }
     }
 
-    fn mapped(&self, [a, b, c]: [usize; 3], located: &Located, [wa, wb, wc]: [f64; 3]) -> Mapped {
+    fn mapped(&self, [a, b, c]: [usize; 3], [wa, wb, wc]: [f64; 3]) -> Mapped {
         let p = &self.lifted.mesh.positions;
         Mapped {
             flat: self.flat[a] * wa + self.flat[b] * wb + self.flat[c] * wc,
             mesh: p[a] * wa + p[b] * wb + p[c] * wc,
-            triangle: located.triangle,
         }
     }
 }

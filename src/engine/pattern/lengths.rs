@@ -52,3 +52,32 @@ fn halve<P: Copy>(
     halve(at, distance, [t0, tm], [first, quarters[0], middle], scale, deepest - 1)
         + halve(at, distance, [tm, t1], [middle, quarters[1], last], scale, deepest - 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use glam::DVec2;
+
+    use super::*;
+
+    #[test]
+    fn a_circle_and_a_parabola_have_their_lengths() {
+        let circle = curve_length(&|t| DVec2::from_angle(t), &DVec2::distance, [0.0, 2.0 * PI], 6.0);
+        assert!((circle - 2.0 * PI).abs() < 1e-7, "{circle}");
+        let parabola = curve_length(&|t| DVec2::new(t, t * t), &DVec2::distance, [0.0, 1.0], 1.5);
+        let exact = 0.5 * 5.0_f64.sqrt() + 0.25 * (2.0 + 5.0_f64.sqrt()).ln();
+        assert!((parabola - exact).abs() < 1e-8, "{parabola} {exact}");
+    }
+
+    #[test]
+    fn a_kink_costs_no_more_than_the_tolerance() {
+        let at = |t: f64| if t < 0.3 { DVec2::new(t, 0.0) } else { DVec2::new(0.3, t - 0.3) };
+        assert!((curve_length(&at, &DVec2::distance, [0.0, 1.0], 1.0) - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_length_that_is_not_a_number_ends() {
+        assert!(curve_length(&|_| DVec2::NAN, &DVec2::distance, [0.0, 1.0], 1.0).is_nan());
+    }
+}

@@ -73,17 +73,24 @@ impl<'a> Locator<'a> {
     /// not finite.
     #[must_use]
     pub fn locate(&self, p: DVec2) -> Option<Located> {
+        self.locate_among(p, |_| true)
+    }
+
+    /// The same among the triangles that `accepts` lets pass; `None` also when it lets none pass.
+    #[must_use]
+    pub fn locate_among(&self, p: DVec2, accepts: impl Fn(u32) -> bool) -> Option<Located> {
         if self.items.is_empty() || !p.is_finite() {
             return None;
         }
         let (column, row) = (bucket_of(&self.u, p.x), bucket_of(&self.v, p.y));
         self.bucket(column, row)
             .iter()
+            .filter(|&&triangle| accepts(triangle))
             .find_map(|&triangle| {
                 let weights = holding(self.corners(triangle), p)?;
                 Some(Located { triangle, weights, inside: true })
             })
-            .or_else(|| self.nearest(p, column, row))
+            .or_else(|| self.nearest(p, column, row, accepts))
     }
 
     /// The triangles whose bucket the segment may pass through; each may come several times.
@@ -138,8 +145,7 @@ impl<'a> Locator<'a> {
             } else {
                 // The outermost rows also hold what lies beyond them.
                 let bottom = if row == 0 { f64::NEG_INFINITY } else { self.v[row] - MARGIN / self.scale.y };
-                let top =
-                    if row + 2 == self.v.len() { f64::INFINITY } else { self.v[row + 1] + MARGIN / self.scale.y };
+                let top = if row + 2 == self.v.len() { f64::INFINITY } else { self.v[row + 1] + MARGIN / self.scale.y };
                 reach_between(hull, bottom, top)
             };
             let Some([from, to]) = reach else { continue };
@@ -151,7 +157,7 @@ impl<'a> Locator<'a> {
     }
 
     /// The nearest triangle to a point that none holds: rings of buckets around it, until what is left is farther away.
-    fn nearest(&self, p: DVec2, column: usize, row: usize) -> Option<Located> {
+    fn nearest(&self, p: DVec2, column: usize, row: usize, accepts: impl Fn(u32) -> bool) -> Option<Located> {
         let (columns, rows) = (self.u.len() - 1, self.v.len() - 1);
         let mut best: Option<(f64, Located)> = None;
         for ring in 0..columns.max(rows) {
@@ -163,7 +169,7 @@ impl<'a> Locator<'a> {
                     if !outermost {
                         continue;
                     }
-                    for &triangle in self.bucket(i, j) {
+                    for &triangle in self.bucket(i, j).iter().filter(|&&t| accepts(t)) {
                         let (distance, weights) = self.nearest_in(triangle, p);
                         let better = best.is_none_or(|(d, l)| distance < d || distance == d && triangle < l.triangle);
                         if better {

@@ -1,11 +1,26 @@
 //! What is cut: outlines and holes mapped exactly from the trimming curves, placed as a person would lay them.
+//!
+//! [`draw`] is the whole: each trimming curve is mapped point by point through the triangle of the domain mesh that holds
+//! the point ([`Locator`]), sampled to a tolerance in the plane, turned and moved ([`Placement`]), and reported on.
+//! [`triangles_of_part`] says which triangles of a base mesh belong to the part.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
+mod draw;
+mod flat_map;
+mod lengths;
+mod locator;
+mod outline;
+mod part;
 mod placement;
+#[cfg(test)]
+mod tests;
 
-pub use placement::{Align, Placement, View};
+pub use draw::{DEFAULT_CURVE_TOLERANCE, DrawInput, Drawn, draw};
+pub use locator::{Located, Locator};
+pub use part::{area_centroid, triangles_of_part};
+pub use placement::{Align, Motion, Placement, Transform, View};
 
 /// One closed polyline of a pattern. The first point is not repeated.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

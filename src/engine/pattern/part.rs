@@ -67,8 +67,7 @@ fn enters(chord: [DVec2; 2], corners: [DVec2; 3]) -> bool {
     if a == b {
         return false;
     }
-    let beyond_edge =
-        (0..3).any(|e| chord.iter().all(|&p| orientation(corners[e], corners[(e + 1) % 3], p) <= 0.0));
+    let beyond_edge = (0..3).any(|e| chord.iter().all(|&p| orientation(corners[e], corners[(e + 1) % 3], p) <= 0.0));
     let sides = corners.map(|c| orientation(a, b, c));
     let one_side = sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0);
     !beyond_edge && !one_side

@@ -1,0 +1,221 @@
+//! From a flattening to its pattern.
+
+use glam::DVec2;
+
+use super::flat_map::FlatMap;
+use super::outline::{FlatLoop, Tracer};
+use super::part::area_centroid;
+use super::placement::{Motion, Placement, Transform, View};
+use super::{Contour, Pattern, Piece};
+use crate::engine::distortion::{BoundaryReport, PatternReport, PlacementReport};
+use crate::engine::error::EngineError;
+use crate::engine::nurbs::Surface;
+use crate::engine::triangulation::Lifted;
+use crate::engine::trimming::{CheckedTrims, Side};
+
+/// The default chord tolerance of the pattern's curves, as a part of the part's diagonal: finer than a knife follows,
+/// and some hundred points on a circle.
+pub const DEFAULT_CURVE_TOLERANCE: f64 = 1e-4;
+
+/// The finest chord tolerance, as a part of the part's diagonal: what is asked below it is rounded up to it.
+const FINEST_CURVE_TOLERANCE: f64 = 1e-8;
+
+/// Pieces of a mesh that are flattened each by itself are laid side by side with this part of the widest one between.
+const GAP: f64 = 0.05;
+
+/// What a pattern is drawn from.
+#[derive(Debug, Clone, Copy)]
+pub struct DrawInput<'a> {
+    /// The surface.
+    pub surface: &'a Surface,
+    /// Its show side.
+    pub side: Side,
+    /// Its trimming loops.
+    pub trims: &'a CheckedTrims,
+    /// The mesh that was flattened: of the whole base surface, or of what lies inside the loops.
+    pub lifted: &'a Lifted,
+    /// Where the mesh's vertices lie in the plane, mm; NaN where they do not. Triangles are anticlockwise.
+    pub flat: &'a [DVec2],
+    /// For each triangle of the mesh whether it belongs to the part (see [`super::triangles_of_part`]).
+    pub part: &'a [bool],
+    /// How the pattern is to lie.
+    pub placement: &'a Placement,
+    /// Largest distance between curves and their polylines, mm; `None`: [`DEFAULT_CURVE_TOLERANCE`].
+    pub curve_tolerance_mm: Option<f64>,
+}
+
+/// A pattern and what is said of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Drawn {
+    /// The pattern, its bounding box from (0, 0). Pieces that are not flattened are left out.
+    pub pattern: Pattern,
+    /// How the flattening is brought to where the pattern lies.
+    pub transform: Transform,
+    /// The same for the report; of the first piece where there are several.
+    pub placement: PlacementReport,
+    /// Sizes and counts.
+    pub report: PatternReport,
+    /// Lengths of the loops that were drawn, in the order of the file.
+    pub boundary: Vec<BoundaryReport>,
+}
+
+/// Draws the pattern of a flattening.
+///
+/// # Errors
+/// [`EngineError::Parameter`] for `placement.align` when the direction has no meaning at the part's middle, for
+/// `curve_tolerance_mm` when it is not positive or asks for too many points; [`EngineError::Trimming`] when the loops cannot
+/// be polygonised that finely.
+pub fn draw(input: &DrawInput<'_>) -> Result<Drawn, EngineError> {
+    let tolerance = curve_tolerance(input)?;
+    let region = input.trims.polygonise(input.surface, tolerance)?;
+    let map = FlatMap::new(input.surface, input.lifted, input.flat);
+    let tracer = Tracer { surface: input.surface, trims: input.trims, region: &region, map: &map, tolerance };
+    let mut budget = 0;
+    let loops = (0..region.loops.len()).map(|l| tracer.flat_loop(l, &mut budget)).collect::<Result<Vec<_>, _>>()?;
+
+    // A hole is drawn only with the outline around it.
+    let mut sheets: Vec<(FlatLoop, Vec<FlatLoop>)> = Vec::new();
+    let mut drawn_loops = Vec::new();
+    for (index, outer) in region.loops.iter().enumerate().filter(|(_, l)| l.depth % 2 == 0) {
+        let Some(outline) = loops[index].clone() else { continue };
+        debug_assert!(outer.depth % 2 == 0);
+        let mut holes = Vec::new();
+        drawn_loops.push(index);
+        for (hole, l) in region.loops.iter().enumerate() {
+            if l.parent == Some(index)
+                && l.depth % 2 == 1
+                && let Some(flat) = &loops[hole]
+            {
+                holes.push(flat.clone());
+                drawn_loops.push(hole);
+            }
+        }
+        sheets.push((outline, holes));
+    }
+    drawn_loops.sort_unstable();
+
+    let transform = transform(input, &map, &sheets)?;
+    let pieces: Vec<Piece> = sheets
+        .iter()
+        .enumerate()
+        .map(|(k, (outline, holes))| Piece {
+            name: format!("piece {}", k + 1),
+            outline: contour(outline, &transform, true),
+            holes: holes.iter().map(|hole| contour(hole, &transform, false)).collect(),
+        })
+        .collect();
+    let high = pieces.iter().flat_map(|p| &p.outline.points).fold(DVec2::ZERO, |m, p| m.max(*p));
+    let pattern = Pattern { pieces, bounding_box_mm: high.to_array() };
+    let first = transform.motions.first().copied().unwrap_or_default();
+    let placement = PlacementReport {
+        side_up: match input.placement.view {
+            View::Show => "show".into(),
+            View::Back => "back".into(),
+        },
+        mirrored: transform.mirrored,
+        rotation_deg: first.rotation.to_angle().to_degrees(),
+        origin_mm: first.origin.to_array(),
+    };
+    let boundary = drawn_loops.into_iter().map(|l| tracer.lengths(l)).collect();
+    Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
+}
+
+/// The chord tolerance in millimetres.
+fn curve_tolerance(input: &DrawInput<'_>) -> Result<f64, EngineError> {
+    let mesh = &input.lifted.mesh;
+    let places = || {
+        let triangles = mesh.triangles.iter().zip(input.part).filter(|(_, belongs)| **belongs);
+        triangles.flat_map(|(t, _)| t.map(|k| mesh.positions[k as usize]))
+    };
+    let low = places().fold(glam::DVec3::INFINITY, glam::DVec3::min);
+    let high = places().fold(glam::DVec3::NEG_INFINITY, glam::DVec3::max);
+    let diagonal = if low.is_finite() { low.distance(high) } else { 1.0 };
+    match input.curve_tolerance_mm {
+        None => Ok(DEFAULT_CURVE_TOLERANCE * diagonal),
+        Some(t) if t.is_finite() && t > 0.0 => Ok(t.max(FINEST_CURVE_TOLERANCE * diagonal)),
+        Some(t) => Err(EngineError::Parameter {
+            name: "curve_tolerance_mm".into(),
+            detail: format!("{t} is not a positive length; {:.3} would do", DEFAULT_CURVE_TOLERANCE * diagonal),
+        }),
+    }
+}
+
+/// Turns every piece of the mesh as the placement says and lays them from (0, 0) on, side by side.
+fn transform(
+    input: &DrawInput<'_>,
+    map: &FlatMap<'_>,
+    sheets: &[(FlatLoop, Vec<FlatLoop>)],
+) -> Result<Transform, EngineError> {
+    let count = map.pieces().count;
+    let mirrored = (input.side == Side::Reversed) != (input.placement.view == View::Back);
+    let mut transform = Transform { mirrored, motions: Vec::with_capacity(count as usize), motion_of: Vec::new() };
+    let mut boxes = Vec::with_capacity(count as usize);
+    for piece in 0..count {
+        let rotation = rotation(input, map, piece, mirrored)?;
+        transform.motions.push(Motion { rotation, origin: DVec2::ZERO });
+        let points = || {
+            let own = sheets.iter().filter(|s| s.0.piece == piece).flat_map(|s| &s.0.points);
+            own.map(|&p| transform.point(p, piece as usize))
+        };
+        let low = points().fold(DVec2::INFINITY, DVec2::min);
+        let high = points().fold(DVec2::NEG_INFINITY, DVec2::max);
+        boxes.push([low, high]);
+    }
+    let widest = boxes.iter().filter(|b| b[0].is_finite()).map(|[low, high]| high.x - low.x).fold(0.0, f64::max);
+    let mut x = 0.0;
+    for (motion, [low, high]) in transform.motions.iter_mut().zip(boxes) {
+        if low.is_finite() {
+            motion.origin = DVec2::new(x - low.x, -low.y);
+            x += high.x - low.x + GAP * widest;
+        }
+    }
+    if count > 1 {
+        transform.motion_of = map.pieces_of_vertices();
+    }
+    Ok(transform)
+}
+
+/// The rotation of one piece of the mesh.
+fn rotation(input: &DrawInput<'_>, map: &FlatMap<'_>, piece: u32, mirrored: bool) -> Result<DVec2, EngineError> {
+    let within = if map.pieces().count == 1 { input.part.to_vec() } else { map.within(input.part, piece) };
+    let Some(middle) = area_centroid(input.lifted, &within) else { return Ok(DVec2::X) };
+    let along = input.placement.align.direction(input.surface, middle)?;
+    let Some([du, dv]) = map.jacobian(middle, piece) else { return Ok(DVec2::X) };
+    let d = du * along.x + dv * along.y;
+    Ok(input.placement.rotation(if mirrored { DVec2::new(d.x, -d.y) } else { d }))
+}
+
+/// A loop where it lies in the pattern, outlines anticlockwise and holes clockwise, from its first point on.
+fn contour(flat: &FlatLoop, transform: &Transform, anticlockwise: bool) -> Contour {
+    let mut points: Vec<DVec2> = flat.points.iter().map(|&p| transform.point(p, flat.piece as usize)).collect();
+    let mut corners = flat.corners.clone();
+    if (signed_area(&points) > 0.0) != anticlockwise {
+        points[1..].reverse();
+        corners[1..].reverse();
+    }
+    Contour { points, corners }
+}
+
+/// Area of a closed polygon, positive when it is anticlockwise. Relative to its first point, so that place costs no digits.
+fn signed_area(points: &[DVec2]) -> f64 {
+    let Some(&origin) = points.first() else { return 0.0 };
+    points.windows(2).map(|w| 0.5 * (w[0] - origin).perp_dot(w[1] - origin)).sum()
+}
+
+/// Sizes and counts of a pattern.
+fn report(pattern: &Pattern) -> PatternReport {
+    let contours = || pattern.pieces.iter().flat_map(|p| std::iter::once(&p.outline).chain(&p.holes));
+    let perimeter = |c: &Contour| -> f64 {
+        let next = c.points.iter().skip(1).chain(c.points.first());
+        c.points.iter().zip(next).map(|(a, b)| a.distance(*b)).sum()
+    };
+    PatternReport {
+        // Holes are clockwise: their areas count negative.
+        area_mm2: contours().map(|c| signed_area(&c.points)).sum(),
+        perimeter_mm: contours().map(perimeter).sum(),
+        bounding_box_mm: pattern.bounding_box_mm,
+        pieces: pattern.pieces.len() as u64,
+        holes: pattern.pieces.iter().map(|p| p.holes.len() as u64).sum(),
+        points: contours().map(|c| c.points.len() as u64).sum(),
+    }
+}
