@@ -8,6 +8,7 @@ mod lift;
 mod options;
 mod outcome;
 mod surface_area;
+mod polygon;
 
 pub use deviation::sampled_chord_error;
 pub use error::TriangulationError;
