@@ -134,7 +134,9 @@ mod tests {
             assert_eq!(mesh.triangles[..first.len()], first[..], "{name}");
             let mut edges: Vec<[u32; 2]> =
                 mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
-            edges.iter_mut().for_each(|e| e.sort_unstable());
+            for edge in &mut edges {
+                edge.sort_unstable();
+            }
             edges.sort_unstable();
             edges.dedup();
             assert_eq!(edges.len() as u64, case["edges"].as_u64().unwrap());

@@ -2,6 +2,7 @@
 
 pub mod density;
 mod deviation;
+mod conformity;
 mod error;
 mod grid;
 mod lift;
@@ -9,11 +10,14 @@ mod options;
 mod outcome;
 mod surface_area;
 mod polygon;
+mod tracing;
 
 pub use deviation::sampled_chord_error;
+pub use conformity::{DomainFault, check_domain_mesh, region_area};
 pub use error::TriangulationError;
 pub use grid::grid_mesh;
 pub use lift::lift;
 pub use options::{Configuration, Density, TriangulationMethod, TriangulationOptions};
 pub use outcome::{DomainMesh, GridLines, Lifted, TracingCounts};
 pub use surface_area::trimmed_area;
+pub use tracing::{CellEdge, CellLabel, CrossingList, Traced, TracedCell, aspect_of, trace};

@@ -10,7 +10,8 @@ mod sweep;
 
 use glam::DVec2;
 
-pub(super) use sweep::Trouble;
+use sweep::Trouble;
+pub(super) use sweep::orientation;
 
 /// Marks a half-edge on the boundary.
 const NONE: u32 = u32::MAX;

@@ -84,7 +84,7 @@ pub(super) struct Sweep {
 }
 
 /// Twice the signed area of a triangle; its sign is exact.
-pub(super) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+pub(in super::super) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let coord = |p: DVec2| Coord { x: p.x, y: p.y };
     orient2d(coord(a), coord(b), coord(c))
 }

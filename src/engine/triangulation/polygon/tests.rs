@@ -201,7 +201,7 @@ proptest! {
                 .collect()
         };
         let (outer, hole) = (star(&radii, TAU), star(&inner, -TAU));
-        let triangles = check(&[outer.clone()], aspect);
+        let triangles = check(std::slice::from_ref(&outer), aspect);
         prop_assert_eq!(triangles, outer.len() - 2);
         let scaled: Vec<DVec2> = hole.iter().map(|p| *p / 32.0).collect();
         if scaled.len() > 4 && radii.len() > 4 {
