@@ -1,19 +1,19 @@
 //! From a trimmed domain to a mesh (thesis chapter 3 and 5.2): density, cells, tracing, polygons, configurations.
 
+mod conformity;
 pub mod density;
 mod deviation;
-mod conformity;
 mod error;
 mod grid;
 mod lift;
 mod options;
 mod outcome;
-mod surface_area;
 mod polygon;
+mod surface_area;
 mod tracing;
 
-pub use deviation::sampled_chord_error;
 pub use conformity::{DomainFault, check_domain_mesh, region_area};
+pub use deviation::sampled_chord_error;
 pub use error::TriangulationError;
 pub use grid::grid_mesh;
 pub use lift::lift;
