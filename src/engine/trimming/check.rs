@@ -13,16 +13,17 @@
 //! come near each other, down to [`RESOLUTION`].
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use glam::DVec2;
 
 use super::checked::{CheckedCurve, CheckedLoop, CheckedTrims};
 use super::chord::{CORNER_ANGLE, Chords, Metric};
-use super::crossings::{Crossing, cross_free};
+use super::crossing::{Crossing, Encounter, Outline, TOUCH, Verdict, cross_free, encounter};
 use super::mend::{Findings, Frame, mend};
 use super::nesting::{Ring, nest};
-use super::outline::Outline;
 use super::pieces::Pieces;
+use super::weld::{Touch, weld};
 use super::{TrimShape, TrimmedSurface, TrimmingError};
 
 /// Deviation, relative to the domain, down to which the polylines of curves that come near each other are refined before
@@ -34,6 +35,13 @@ const FIRST_DEVIATION: f64 = 0.01;
 
 /// Area of a loop relative to its box below which it encloses nothing.
 const NO_AREA: f64 = 1e-9;
+
+/// Touches of curves nearer to each other than this, relative to the domain, are one: about a chord at [`RESOLUTION`].
+const SAME_TOUCH: f64 = 1e-4;
+
+/// How often curves that touch are given common points before it is looked again. What is left after the first time is
+/// rare.
+const MAX_WELDS: usize = 4;
 
 /// The most points that loops are worked on with. A loop of real parts has tens to thousands.
 pub(super) const MAX_POINTS: usize = 400_000;
@@ -104,40 +112,21 @@ fn natural(frame: &Frame<'_>) -> CheckedTrims {
 
 /// Finds crossings, loops without area and twins; nests the loops and orients them.
 fn arrange(frame: &Frame<'_>, trims: &mut CheckedTrims, errors: &mut Vec<TrimmingError>) {
-    let mut outline = Outline::default();
-    let mut chords = Chords::new(trims, Metric::of_domain(&trims.domain), FIRST_DEVIATION);
-    for (l, checked) in trims.loops.iter().enumerate() {
-        let start = outline.points.len();
-        for (place, curve) in checked.curves.iter().enumerate() {
-            if !chords.curve(curve, place as u32, &mut outline.points, MAX_POINTS) {
-                errors.push(TrimmingError::TooIntricate { what: "points on the loops", limit: MAX_POINTS });
-                return;
-            }
-        }
-        let first = outline.points[start].uv;
-        if !outline.close(l, start) {
-            errors.push(empty(frame, trims, l, first));
-        }
-    }
-    match cross_free(trims, &mut outline, Some((frame.size, RESOLUTION))) {
-        Ok(crossings) => report(frame, trims, &crossings, errors),
-        Err(limit) => {
-            errors.push(TrimmingError::TooIntricate { what: "pairs of neighbouring segments", limit });
+    let (outline, crossings) = match outlined(frame, trims, errors) {
+        Ok(outlined) => outlined,
+        Err(error) => {
+            errors.push(error);
             return;
         }
-    }
-    let rings: Vec<Ring> = outline
-        .loops
-        .iter()
-        .map(|(_, range)| Ring::new(outline.points[range.clone()].iter().map(|p| p.uv).collect()))
-        .collect();
-    let crossing: BTreeSet<usize> = errors.iter().filter_map(crossing_loop).collect();
+    };
+    report(frame, trims, &crossings, errors);
+    let ring = |range: &Range<usize>| Ring::new(outline.points[range.clone()].iter().map(|p| p.uv).collect());
+    let rings: Vec<Ring> = outline.loops.iter().map(|(_, range)| ring(range)).collect();
     for ((l, _), ring) in outline.loops.iter().zip(&rings) {
         let extent = ring.extent();
         // A figure eight may have no area on balance: the crossing is the fault to report.
-        if ring.area.abs() <= NO_AREA * extent.x * extent.y
-            && !trims.loops[*l].source_loop.is_some_and(|s| crossing.contains(&s))
-        {
+        let crosses = crossings.iter().any(|c| c.loops == [*l, *l]);
+        if ring.area.abs() <= NO_AREA * extent.x * extent.y && !crosses {
             errors.push(empty(frame, trims, *l, ring.points[0]));
         }
     }
@@ -150,11 +139,11 @@ fn arrange(frame: &Frame<'_>, trims: &mut CheckedTrims, errors: &mut Vec<Trimmin
         let place = frame.place(other, None, None, rings[b].points[0]);
         errors.push(TrimmingError::Twins { loop_index, other, place });
     }
+    // All loops are whole here, so ring r is loop r.
     for (r, (depth, parent)) in nesting.rings.into_iter().enumerate() {
-        // Whole loops only are left here, so ring r is loop r.
         let checked = &mut trims.loops[r];
         (checked.depth, checked.parent) = (depth, parent);
-        if (rings[r].area > 0.0) != (depth % 2 == 0) {
+        if (rings[r].area > 0.0) != depth.is_multiple_of(2) {
             checked.flipped = true;
             checked.curves.reverse();
             for c in &mut checked.curves {
@@ -164,17 +153,60 @@ fn arrange(frame: &Frame<'_>, trims: &mut CheckedTrims, errors: &mut Vec<Trimmin
     }
 }
 
+/// Polylines of the loops that are fine enough to judge them, and where they cross. Curves that touch get a common point
+/// on the way. Loops without three different points are reported and left out.
+fn outlined(
+    frame: &Frame<'_>,
+    trims: &mut CheckedTrims,
+    errors: &mut Vec<TrimmingError>,
+) -> Result<(Outline, Vec<Crossing>), TrimmingError> {
+    let mut welds = 0;
+    loop {
+        let mut outline = Outline::default();
+        let mut chords = Chords::new(trims, Metric::of_domain(&trims.domain), FIRST_DEVIATION);
+        let mut lines = Vec::new();
+        for (l, checked) in trims.loops.iter().enumerate() {
+            let start = outline.points.len();
+            for (place, curve) in checked.curves.iter().enumerate() {
+                if !chords.curve(curve, place as u32, &mut outline.points, MAX_POINTS) {
+                    return Err(TrimmingError::TooIntricate { what: "points on the loops", limit: MAX_POINTS });
+                }
+            }
+            let first = outline.points[start].uv;
+            if !outline.close(l, start) {
+                lines.push((l, first));
+            }
+        }
+        let Verdict { mut crossings, touches } = cross_free(trims, &mut outline, Some((frame.size, RESOLUTION)))
+            .map_err(|limit| TrimmingError::TooIntricate { what: "pairs of neighbouring segments", limit })?;
+        let mut welded: Vec<Touch> = Vec::new();
+        for touch in touches {
+            let straight = touch.spots.iter().all(|s| trims.is_straight(s.index, s.place as usize, s.t));
+            match if straight { Encounter::Touch(touch) } else { encounter(trims, &touch, frame.size) } {
+                // Several chords lie around one touch of curves; corners of polylines are each their own.
+                Encounter::Touch(t) if straight || !welded.iter().any(|w| frame.relative(w.uv - t.uv) < SAME_TOUCH) => {
+                    welded.push(t);
+                }
+                Encounter::Touch(_) | Encounter::Apart => {}
+                Encounter::Cross => crossings.push(Crossing {
+                    loops: touch.spots.map(|s| s.index),
+                    place: touch.spots[0].place,
+                    t: touch.spots[0].t,
+                    uv: touch.uv,
+                }),
+            }
+        }
+        if welds == MAX_WELDS || !weld(trims, &welded, frame.size * (2.0 * TOUCH)) {
+            errors.extend(lines.into_iter().map(|(l, first)| empty(frame, trims, l, first)));
+            return Ok((outline, crossings));
+        }
+        welds += 1;
+    }
+}
+
 fn empty(frame: &Frame<'_>, trims: &CheckedTrims, l: usize, at: DVec2) -> TrimmingError {
     let loop_index = trims.loops[l].source_loop.unwrap_or_default();
     TrimmingError::Empty { loop_index, place: frame.place(loop_index, None, None, at) }
-}
-
-/// The loop that a crossing is on.
-fn crossing_loop(error: &TrimmingError) -> Option<usize> {
-    match error {
-        TrimmingError::SelfIntersection { loop_index, .. } => Some(*loop_index),
-        _ => None,
-    }
 }
 
 /// Turns crossings into errors: the first of each pair of loops.

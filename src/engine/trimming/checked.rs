@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::DVec2;
 
 use super::TrimWarning;
-use super::pieces::{Piece, Pieces};
+use super::pieces::{Piece, Pieces, Run};
 use crate::engine::nurbs::Domain;
 
 /// The trimming loops of a surface after [`check`](super::TrimmedSurface::check): closed, free of crossings, nested, and
@@ -102,12 +102,16 @@ impl CheckedTrims {
         self.evaluate(piece, s)
     }
 
+    /// Whether a curve of a walk is straight around its parameter `t`.
+    pub(super) fn is_straight(&self, loop_index: usize, place: usize, t: f64) -> bool {
+        self.locate(&self.loops[loop_index].curves[place].pieces, t).0.run != Run::Curved
+    }
+
     /// The piece in `range` that holds the curve's parameter `t`, with the piece's own parameter.
     fn locate(&self, range: &Range<usize>, t: f64) -> (&Piece, f64) {
         let list = &self.pieces.list[range.clone()];
         let piece = &list[list.partition_point(|p| p.t[1] < t).min(list.len() - 1)];
-        let s = if t >= piece.t[1] { 1.0 } else { ((t - piece.t[0]) / (piece.t[1] - piece.t[0])).clamp(0.0, 1.0) };
-        (piece, s)
+        (piece, piece.own(t))
     }
 
     /// The point of a piece, in the domain.

@@ -7,8 +7,8 @@
 //!   the boundary moves sideways on the surface, which a finer grid cannot mend;
 //! - neither is more than [`SAGITTA_SHARE`] of the chord, so that however small a circle is it keeps nine points.
 //!
-//! A segment that is not good is cut into as many equal parts as the deviation asks for (it falls with the square of the
-//! length) and these are tried in turn: fewer points than halving gives. Segments of the same curve that together are
+//! A segment that is not good is cut into as many parts as its bending asks for (the deviation of a part falls with the
+//! square of its length), each with an equal share of it, and these are tried in turn: fewer points than halving gives. Segments of the same curve that together are
 //! good as well are joined afterwards, so that a spline of a hundred flat pieces does not cost a hundred points.
 //!
 //! Pieces that are straight *and* run along a line of constant u or v get no inner points at all: the cells of the grid
@@ -34,10 +34,16 @@ const MAX_CUTS: u32 = 16;
 const MAX_TURN_CUTS: u32 = 3;
 
 /// The most parts that one segment is cut into at once.
-const MAX_PARTS: usize = 16;
+const MAX_PARTS: f64 = 256.0;
+
+/// Probes of a part of a piece. Two see an arc and an S alike.
+const PROBES: usize = 2;
 
 /// The most probes on one piece before it is cut.
-const MAX_PROBES: usize = 48;
+const MAX_PROBES: usize = 64;
+
+/// More parts than the probes ask for, relatively: a part that is just too long is cut in two, which costs more.
+const PARTS_MARGIN: f64 = 0.03;
 
 /// The most segments that are joined to one.
 const MAX_JOINED: usize = 64;
@@ -152,11 +158,15 @@ pub(super) struct Chords<'a> {
     open: Vec<(f64, Sample, u32)>,
     /// The curve's points with the deviation of the segment that ends there, and whether it must stay.
     line: Vec<(Sample, f64, bool)>,
+    /// The segment that is tried, its ends included.
+    probes: Vec<Sample>,
+    /// How much each inner probe's neighbourhood bends, in parts of the segment to come.
+    weights: Vec<f64>,
 }
 
 impl<'a> Chords<'a> {
     pub(super) const fn new(trims: &'a CheckedTrims, metric: Metric<'a>, tolerance: f64) -> Self {
-        Self { trims, metric, tolerance, open: Vec::new(), line: Vec::new() }
+        Self { trims, metric, tolerance, open: Vec::new(), line: Vec::new(), probes: Vec::new(), weights: Vec::new() }
     }
 
     /// Appends the points of a curve, its end left out, in walking order. `limit` is the most points that `out` may hold;
@@ -193,9 +203,11 @@ impl<'a> Chords<'a> {
         let Some(&(mut from, ..)) = self.line.last() else { return };
         let origin = self.line[0].0.uv;
         let (trims, flat) = (self.trims, self.metric.keeps_lines());
-        let own = |s: f64| if backwards { 1.0 - s } else { s };
-        let sample =
-            |metric: &Metric<'_>, s: f64| metric.sample(piece.parameter(own(s)), trims.evaluate(piece, own(s)), origin);
+        let sample = |metric: &Metric<'_>, s: f64| {
+            // By way of the curve's parameter, so that it gives the same point again, bit for bit.
+            let t = piece.parameter(if backwards { 1.0 - s } else { s });
+            metric.sample(t, trims.evaluate(piece, piece.own(t)), origin)
+        };
         let straight = match piece.run {
             Run::ConstantU | Run::ConstantV => true,
             Run::Line => flat,
@@ -209,47 +221,84 @@ impl<'a> Chords<'a> {
         let mut at = 0.0;
         self.open.clear();
         self.open.push((1.0, end, 0));
-        while let Some(&(to, end, cuts)) = self.open.last() {
-            let probes = if cuts == 0 { self.first_probes(piece) } else { 3 };
-            let mut worst = 0.0_f64;
-            for k in 1..=probes {
-                let s = at + (to - at) * (k as f64 / (probes + 1) as f64);
-                worst = worst.max(sample(&self.metric, s).deviation(&from, &end, flat));
-            }
+        while let Some((to, end, cuts)) = self.open.pop() {
+            let count = if cuts == 0 { first_probes(&self.metric, piece) } else { PROBES };
+            let worst = self.probe(&from, &end, count, |metric, k| sample(metric, at + (to - at) * k));
             let chord = from.point.distance(end.point);
             let too_far = worst > self.tolerance && cuts < MAX_CUTS;
             let too_round = worst > SAGITTA_SHARE * chord && cuts < MAX_TURN_CUTS;
             if !too_far && !too_round {
                 self.line.push((end, worst, false));
                 (at, from) = (to, end);
-                self.open.pop();
                 continue;
             }
-            let by_tolerance = if too_far { (worst / self.tolerance).sqrt() } else { 0.0 };
-            let by_turn = if too_round { worst / (SAGITTA_SHARE * chord) } else { 0.0 };
-            // The quotient may be infinite: closed pieces have no chord.
-            let parts = by_tolerance.max(by_turn).ceil().clamp(2.0, MAX_PARTS as f64) as usize;
-            self.open.pop();
+            // Many parts need to know better how the piece bends.
+            let most = (self.parts(too_far, too_round) as usize).min(MAX_PROBES);
+            if most > 2 * count {
+                self.probe(&from, &end, most, |metric, k| sample(metric, at + (to - at) * k));
+            }
+            let parts = self.parts(too_far, too_round).ceil().clamp(2.0, MAX_PARTS);
             self.open.push((to, end, cuts + 1));
-            for k in (1..parts).rev() {
-                let s = at + (to - at) * (k as f64 / parts as f64);
-                let next = sample(&self.metric, s);
-                self.open.push((s, next, cuts + 1));
+            for k in (1..parts as usize).rev() {
+                let s = at + (to - at) * self.cut(k as f64 / parts);
+                self.open.push((s, sample(&self.metric, s), cuts + 1));
             }
         }
     }
 
-    /// How many probes a whole piece needs so that no wave of the curve or of the surface below it is missed.
-    fn first_probes(&self, piece: &Piece) -> usize {
-        let spans = match self.metric {
-            Metric::Constant(..) => 0,
-            Metric::Curved(surface) => {
-                let [a, b] = piece.ends;
-                surface.knots_u().span(a.x).abs_diff(surface.knots_u().span(b.x))
-                    + surface.knots_v().span(a.y).abs_diff(surface.knots_v().span(b.y))
+    /// Samples a segment at `count` inner places and gives the deviation of the curve from the chord.
+    fn probe(&mut self, from: &Sample, end: &Sample, count: usize, sample: impl Fn(&Metric<'_>, f64) -> Sample) -> f64 {
+        let flat = self.metric.keeps_lines();
+        self.probes.clear();
+        self.probes.push(*from);
+        let mut worst = 0.0_f64;
+        for k in 1..=count {
+            let probe = sample(&self.metric, k as f64 / (count + 1) as f64);
+            worst = worst.max(probe.deviation(from, end, flat));
+            self.probes.push(probe);
+        }
+        self.probes.push(*end);
+        // The largest deviation of an arc lies between two even probes.
+        let even = if count.is_multiple_of(2) { (count + 1) as f64 } else { f64::INFINITY };
+        worst / (1.0 - 1.0 / (even * even))
+    }
+
+    /// How many parts the probed segment is to be cut into, not rounded; what each of the probes adds to it is kept.
+    fn parts(&mut self, too_far: bool, too_round: bool) -> f64 {
+        let flat = self.metric.keeps_lines();
+        self.weights.clear();
+        for w in self.probes.windows(3) {
+            let off = w[1].deviation(&w[0], &w[2], flat);
+            let far = if too_far { (off / self.tolerance).sqrt() } else { 0.0 };
+            let round = if too_round { off / (SAGITTA_SHARE * w[0].point.distance(w[2].point)) } else { 0.0 };
+            // Three probes span two steps. Closed loops within them have no chord: cut as often as is allowed.
+            self.weights.push((0.5 * far.max(round)).min(MAX_PARTS));
+        }
+        self.bending() * (1.0 + PARTS_MARGIN)
+    }
+
+    /// The sum of the weights; the two outer half steps bend as their neighbours do.
+    fn bending(&self) -> f64 {
+        let outer =
+            self.weights.first().copied().unwrap_or_default() + self.weights.last().copied().unwrap_or_default();
+        self.weights.iter().sum::<f64>() + 0.5 * outer
+    }
+
+    /// Where in [0, 1] of the probed segment the share `share` of its bending lies before.
+    fn cut(&self, share: f64) -> f64 {
+        let count = self.weights.len();
+        let mut left = share * self.bending();
+        // Step k covers half of the neighbourhoods of the probes at both of its ends.
+        for k in 0..=count {
+            let step = 0.5 * (self.weights[k.saturating_sub(1)] + self.weights[k.min(count - 1)]);
+            if left <= step {
+                let within = if step > 0.0 { left / step } else { 0.5 };
+                return (k as f64 + within) / (count + 1) as f64;
             }
-        };
-        (1 + (piece.degree() + spans).next_multiple_of(2)).min(MAX_PROBES)
+            left -= step;
+        }
+        // Rounding alone leads here, for a share close to 1.
+        share
     }
 
     /// Joins what may be joined and appends the points.
@@ -297,4 +346,17 @@ fn is_kink(trims: &CheckedTrims, metric: &Metric<'_>, piece: &Piece, next: &Piec
     }
     let uv = piece.ends[usize::from(!backwards)];
     metric.turn(uv, a, b, size).is_some_and(|angle| angle > CORNER_ANGLE)
+}
+
+/// How many probes a whole piece needs so that no wave of the curve or of the surface below it is missed.
+fn first_probes(metric: &Metric<'_>, piece: &Piece) -> usize {
+    let spans = match metric {
+        Metric::Constant(..) => 0,
+        Metric::Curved(surface) => {
+            let [a, b] = piece.ends;
+            surface.knots_u().span(a.x).abs_diff(surface.knots_u().span(b.x))
+                + surface.knots_v().span(a.y).abs_diff(surface.knots_v().span(b.y))
+        }
+    };
+    (1 + (piece.degree() + spans).next_multiple_of(2)).min(MAX_PROBES)
 }

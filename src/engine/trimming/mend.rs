@@ -63,7 +63,7 @@ impl<'a> Frame<'a> {
     }
 
     /// A vector of the domain relative to the domain's size: its larger component.
-    fn relative(&self, d: DVec2) -> f64 {
+    pub(super) fn relative(&self, d: DVec2) -> f64 {
         (d / self.size).abs().max_element()
     }
 

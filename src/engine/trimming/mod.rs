@@ -9,16 +9,15 @@
 mod check;
 mod checked;
 mod chord;
-mod contact;
-mod crossings;
+mod crossing;
 mod error;
 mod mend;
 mod nesting;
-mod outline;
 mod pieces;
 mod polygonise;
 mod region;
 mod trimmed_surface;
+mod weld;
 
 #[cfg(test)]
 mod tests;

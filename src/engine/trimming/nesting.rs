@@ -5,7 +5,10 @@
 
 use glam::DVec2;
 
-use super::contact::orient;
+use super::crossing::orient;
+
+/// Rings that differ by no more than this part of their size are the same.
+const TWIN_TOLERANCE: f64 = 1e-9;
 
 /// Where a point lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,21 +92,40 @@ impl Ring {
         (0..count).map(move |i| [self.points[i], self.points[if i + 1 == count { 0 } else { i + 1 }]])
     }
 
-    /// Whether this ring lies in `other`, which it does not cross; `None` when all its points and middles of segments
-    /// lie on `other`: the two are the same.
-    fn lies_in(&self, other: &Self) -> Option<bool> {
+    /// Whether this ring lies in `other`, which it does not cross and is not the same as.
+    fn lies_in(&self, other: &Self) -> bool {
         if !(self.low.cmpge(other.low).all() && self.high.cmple(other.high).all()) {
-            return Some(false);
+            return false;
         }
         let middles = self.segments().map(|[a, b]| (a + b) * 0.5);
         for p in self.points.iter().copied().chain(middles) {
             match locate(p, other.segments()) {
-                Containment::Inside => return Some(true),
-                Containment::Outside => return Some(false),
+                Containment::Inside => return true,
+                Containment::Outside => return false,
                 Containment::Boundary => {}
             }
         }
-        None
+        true
+    }
+
+    /// Whether the two rings, which do not cross, are the same up to rounding: same box, area and centroid.
+    fn is_twin(&self, other: &Self) -> bool {
+        let size = self.extent() * TWIN_TOLERANCE;
+        let close = |a: DVec2, b: DVec2| (a - b).abs().cmple(size).all();
+        (self.area.abs() - other.area.abs()).abs() <= TWIN_TOLERANCE * self.area.abs()
+            && close(self.low, other.low)
+            && close(self.high, other.high)
+            && close(self.centroid(), other.centroid())
+    }
+
+    /// Centre of the area.
+    fn centroid(&self) -> DVec2 {
+        let origin = self.points[0];
+        let sum = self.segments().fold(DVec2::ZERO, |sum, [a, b]| {
+            let (a, b) = (a - origin, b - origin);
+            sum + (a + b) * a.perp_dot(b)
+        });
+        origin + sum / (6.0 * self.area)
     }
 }
 
@@ -123,21 +145,17 @@ pub(super) fn nest(rings: &[Ring]) -> Nesting {
         let mut depth = 0;
         let mut parent: Option<usize> = None;
         for (j, other) in rings.iter().enumerate() {
-            if i == j || ring.area.abs() > other.area.abs() {
+            if i == j || ring.area.abs() > other.area.abs() * (1.0 + TWIN_TOLERANCE) {
                 continue;
             }
-            match ring.lies_in(other) {
-                Some(true) => {
-                    depth += 1;
-                    if parent.is_none_or(|p| rings[p].area.abs() > other.area.abs()) {
-                        parent = Some(j);
-                    }
+            if ring.is_twin(other) {
+                if i < j {
+                    nesting.twins.push((i, j));
                 }
-                Some(false) => {}
-                None => {
-                    if i < j {
-                        nesting.twins.push((i, j));
-                    }
+            } else if ring.lies_in(other) {
+                depth += 1;
+                if parent.is_none_or(|p| rings[p].area.abs() > other.area.abs()) {
+                    parent = Some(j);
                 }
             }
         }

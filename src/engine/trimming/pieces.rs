@@ -52,9 +52,32 @@ impl Piece {
         self.degree
     }
 
+    /// The same kind of piece between other parameters and ends, with its control points from `first` on.
+    pub(super) fn part(&self, t: [f64; 2], ends: [DVec2; 2], first: usize) -> Self {
+        Self { t, ends, first, ..self.clone() }
+    }
+
+    /// Looks again how it runs after an end was moved.
+    pub(super) fn bent(&mut self) {
+        let [a, b] = self.ends;
+        let constant = match self.run {
+            Run::ConstantU => a.x == b.x,
+            Run::ConstantV => a.y == b.y,
+            Run::Line | Run::Curved => true,
+        };
+        if !constant {
+            self.run = if self.degree == 1 { Run::Line } else { Run::Curved };
+        }
+    }
+
     /// The curve's parameter at the piece's own `s` in [0, 1].
     pub(super) fn parameter(&self, s: f64) -> f64 {
         if s >= 1.0 { self.t[1] } else { self.t[0] + s * (self.t[1] - self.t[0]) }
+    }
+
+    /// The piece's own parameter in [0, 1] at the curve's `t`.
+    pub(super) fn own(&self, t: f64) -> f64 {
+        if t >= self.t[1] { 1.0 } else { ((t - self.t[0]) / (self.t[1] - self.t[0])).clamp(0.0, 1.0) }
     }
 }
 

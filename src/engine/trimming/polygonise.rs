@@ -3,9 +3,8 @@
 use super::check::{MAX_POINTS, report};
 use super::checked::CheckedTrims;
 use super::chord::{Chords, Metric};
-use super::crossings::cross_free;
+use super::crossing::{Outline, cross_free};
 use super::mend::Frame;
-use super::outline::Outline;
 use super::{BoundaryLoop, CurvePoint, TrimRegion, TrimmingError};
 use crate::engine::nurbs::Surface;
 
@@ -46,10 +45,10 @@ impl CheckedTrims {
         }
         // Polylines that are the curves themselves have been looked at by the check.
         if outline.points.iter().any(|p| p.deviation > 0.0) {
-            let crossings = cross_free(self, &mut outline, None)
+            let verdict = cross_free(self, &mut outline, None)
                 .map_err(|limit| TrimmingError::TooIntricate { what: "pairs of neighbouring segments", limit })?;
             let mut errors = Vec::new();
-            report(&frame, self, &crossings, &mut errors);
+            report(&frame, self, &verdict.crossings, &mut errors);
             if let Some(error) = errors.into_iter().next() {
                 return Err(error);
             }

@@ -87,7 +87,7 @@ pub(super) fn circle(centre: [f64; 2], radius: f64) -> TrimLoop {
     let centre = DVec2::from_array(centre);
     let third = std::f64::consts::TAU / 3.0;
     let at = |k: usize| {
-        let reach = if k % 2 == 0 { radius } else { 2.0 * radius };
+        let reach = if k.is_multiple_of(2) { radius } else { 2.0 * radius };
         centre + DVec2::from_angle(0.5 * third * k as f64) * reach
     };
     let mut control: Vec<DVec2> = (0..6).map(at).collect();

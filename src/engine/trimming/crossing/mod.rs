@@ -4,12 +4,21 @@
 //! when they pass each other closer than the curves deviate from them. Segments in such pairs are halved, all at once,
 //! until they are clear of each other or finer than the resolution; only then do the exact predicates decide.
 
+mod contact;
+mod outline;
+mod touch;
+
 use glam::DVec2;
 
 use super::checked::CheckedTrims;
 use super::chord::ChordPoint;
-use super::contact::cross;
-use super::outline::{Box2, Outline, Tree};
+use super::weld::{Spot, Touch};
+use contact::{Cross, cross, distance};
+use outline::{Box2, Tree};
+
+pub(super) use contact::orient;
+pub(super) use outline::Outline;
+pub(super) use touch::{Encounter, encounter};
 
 /// How often segments are halved: a deviation falls by four each time, so from a hundredth of the domain to below a
 /// thousand-millionth.
@@ -24,6 +33,10 @@ const MAX_CROSSINGS: usize = 1000;
 
 /// The most points after refinement.
 const MAX_REFINED: usize = 1_000_000;
+
+/// Segments that cross by no more than this, relative to the domain, beside their deviation, touch: rounding is near
+/// 1e-16, and what files mean to touch is good to their own rounding, 1e-9 to 1e-15.
+pub(super) const TOUCH: f64 = 1e-9;
 
 /// A deviation that was sampled may have missed the largest: boxes are made larger by this factor of it.
 const DEVIATION_MARGIN: f64 = 1.5;
@@ -41,59 +54,104 @@ pub(super) struct Crossing {
     pub(super) uv: DVec2,
 }
 
-/// The crossings that are left when coarse segments have been refined, in a fixed order; `Err` with the limit when there
-/// are too many pairs of segments to compare.
+/// What is left when coarse segments have been refined, in a fixed order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Verdict {
+    /// Where loops cross.
+    pub(super) crossings: Vec<Crossing>,
+    /// Where segments cross by no more than their deviation and rounding: they may touch, cross or pass each other.
+    pub(super) touches: Vec<Touch>,
+}
+
+/// Finds where loops cross. Segments that are too coarse to tell are refined; `Err` with the limit when there are too many
+/// pairs of segments to compare.
 ///
 /// `clearance` is for polylines whose deviation is relative to the domain: the domain's size, and the deviation at which
-/// refinement ends. Without it only segments that do cross are refined.
+/// refinement ends. Without it only segments that do cross are refined, and whatever crosses in the end is a crossing.
 pub(super) fn cross_free(
     trims: &CheckedTrims,
     outline: &mut Outline,
     clearance: Option<(DVec2, f64)>,
-) -> Result<Vec<Crossing>, usize> {
+) -> Result<Verdict, usize> {
     let (size, resolution) = clearance.unwrap_or((DVec2::ZERO, 0.0));
     let mut halve: Vec<bool> = Vec::new();
-    let mut found: Vec<Crossing> = Vec::new();
     for round in 0..=MAX_ROUNDS {
         let refine = round < MAX_ROUNDS && outline.points.len() < MAX_REFINED;
         let tree = Tree::new(boxes(outline, size));
-        let coarse = |i: usize| outline.points[i].deviation > resolution;
+        let deviation = |i: usize| outline.points[i].deviation;
+        let coarse = |i: usize| refine && deviation(i) > resolution;
+        let slack = |i: usize| deviation(i) * size.max_element();
         halve.clear();
         halve.resize(outline.points.len(), false);
-        found.clear();
+        let mut verdict = Verdict::default();
         let (mut compared, mut any) = (0_usize, false);
         tree.pairs(|i, j| {
             compared += 1;
+            if compared >= MAX_PAIRS || verdict.crossings.len() >= MAX_CROSSINGS {
+                return false;
+            }
             let neighbours = outline.next(i) == j || outline.next(j) == i;
-            let unclear = refine && (coarse(i) || coarse(j)) && clearance.is_some();
+            let unclear = coarse(i) || coarse(j);
             if neighbours {
-                if !(unclear && is_sharp(outline, i, j)) {
-                    return compared < MAX_PAIRS;
+                if unclear && clearance.is_some() && is_sharp(outline, i, j) {
+                    halve[i] |= coarse(i);
+                    halve[j] |= coarse(j);
+                    any = true;
                 }
-            } else if !unclear {
-                let Some(uv) = cross(outline, i, j) else { return compared < MAX_PAIRS };
-                if !refine || !(coarse(i) || coarse(j)) {
-                    found.push(crossing(outline, i, j, uv));
-                    return found.len() < MAX_CROSSINGS && compared < MAX_PAIRS;
+            } else if unclear && clearance.is_some() {
+                halve[i] |= coarse(i);
+                halve[j] |= coarse(j);
+                any = true;
+            } else if let Some(found) = cross(outline, i, j, slack) {
+                if unclear {
+                    // The coarsest alone: of two curves that touch the flatter one's chord cuts into the other as long
+                    // as it is the longer one, whatever their length. At a common point four chords meet.
+                    let chords = match found {
+                        Cross::Inside(_) => [i, j, i, j],
+                        Cross::AtPoint(_) => [i, j, outline.before(i), outline.before(j)],
+                    };
+                    let coarsest = chords.into_iter().fold(i, |m, k| if deviation(k) > deviation(m) { k } else { m });
+                    halve[coarsest] = true;
+                    any = true;
+                } else if let Some(touch) = clearance.and_then(|_| touch(outline, i, j, found, size)) {
+                    verdict.touches.push(touch);
+                } else {
+                    let (Cross::Inside(uv) | Cross::AtPoint(uv)) = found;
+                    verdict.crossings.push(crossing(outline, i, j, uv));
                 }
             }
-            halve[i] |= coarse(i);
-            halve[j] |= coarse(j);
-            any = true;
-            compared < MAX_PAIRS
+            true
         });
         if compared >= MAX_PAIRS {
             return Err(MAX_PAIRS);
         }
         if !any {
-            break;
+            let key = |c: &Crossing| (c.loops, c.place, c.t);
+            verdict.crossings.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap_or(std::cmp::Ordering::Equal));
+            return Ok(verdict);
         }
         *outline = halved(trims, outline, &halve);
     }
-    found.sort_by(|a, b| {
-        (a.loops, a.place, a.t).partial_cmp(&(b.loops, b.place, b.t)).unwrap_or(std::cmp::Ordering::Equal)
+    Ok(Verdict::default())
+}
+
+/// The touch that two crossing segments may come from, when they cross by no more than their deviation and rounding.
+fn touch(outline: &Outline, i: usize, j: usize, found: Cross, size: DVec2) -> Option<Touch> {
+    let Cross::Inside(uv) = found else { return None };
+    let ([a, b], [c, d]) = (outline.segment(i).map(|p| p / size), outline.segment(j).map(|p| p / size));
+    let ends = [(distance(a, c, d), a), (distance(b, c, d), b), (distance(c, a, b), c), (distance(d, a, b), d)];
+    let (depth, end) = ends.into_iter().fold((f64::INFINITY, a), |m, e| if e.0 < m.0 { e } else { m });
+    if depth > outline.points[i].deviation + outline.points[j].deviation + TOUCH {
+        return None;
+    }
+    // An end that is as good as on the other curve is the common point.
+    let uv = if depth <= TOUCH { end * size } else { uv };
+    let spots = [i, j].map(|s| {
+        let at = crossing(outline, s, s, uv);
+        let [from, to] = outline.points[s].t;
+        Spot { index: at.loops[0], place: at.place, t: at.t, reach: (to - from).abs() }
     });
-    Ok(std::mem::take(&mut found))
+    Some(Touch { spots, uv })
 }
 
 /// Boxes around the curves that segments stand for.

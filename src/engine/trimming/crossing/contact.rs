@@ -11,7 +11,7 @@ use robust::{Coord, orient2d};
 use super::outline::Outline;
 
 /// Positive when `c` lies to the left of the line from `a` to `b`, zero exactly when it lies on it.
-pub(super) fn orient(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+pub(in crate::engine::trimming) fn orient(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let coord = |p: DVec2| Coord { x: p.x, y: p.y };
     orient2d(coord(a), coord(b), coord(c))
 }
@@ -36,9 +36,24 @@ enum Side {
     Behind,
 }
 
+/// How two chains cross.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::engine::trimming) enum Cross {
+    /// Inside both segments.
+    Inside(DVec2),
+    /// At a point of at least one of the polylines.
+    AtPoint(DVec2),
+}
+
 /// Whether the chains that segments `i` and `j` belong to cross at a point that these two segments have in common (the
-/// end points of segments belong to the segments that begin there). The segments are not neighbours.
-pub(super) fn cross(outline: &Outline, i: usize, j: usize) -> Option<DVec2> {
+/// end points of segments belong to the segments that begin there). The segments are not neighbours. `slack(i)` is how
+/// far a curve may be from segment `i`: chains that part by no more than that are taken to touch.
+pub(in crate::engine::trimming) fn cross(
+    outline: &Outline,
+    i: usize,
+    j: usize,
+    slack: impl Fn(usize) -> f64,
+) -> Option<Cross> {
     let [a, b] = outline.segment(i);
     let [c, d] = outline.segment(j);
     let (c_side, d_side) = (orient(a, b, c), orient(a, b, d));
@@ -50,20 +65,38 @@ pub(super) fn cross(outline: &Outline, i: usize, j: usize) -> Option<DVec2> {
         return None;
     }
     if c_side != 0.0 && d_side != 0.0 && a_side != 0.0 && b_side != 0.0 {
-        return Some(a + (b - a) * (a_side / (a_side - b_side)).clamp(0.0, 1.0));
+        return Some(Cross::Inside(a + (b - a) * (a_side / (a_side - b_side)).clamp(0.0, 1.0)));
     }
-    // A point of a line that lies in the open box of a segment on that line is inside the segment.
+    // A point of a line that lies in the box of a segment on that line is on the segment.
     let inside = |p: DVec2, a: DVec2, b: DVec2| p != a && p != b && p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all();
-    if a == c && chains_cross(outline, a, Spot::Vertex(i), Spot::Vertex(j)) {
-        return Some(a);
+    let slack = slack(i) + slack(j);
+    let crosses = |p: DVec2, a: Spot, b: Spot| {
+        chains_cross(outline, p, a, b) && (slack == 0.0 || part_clearly(outline, p, a, b, slack))
+    };
+    if a == c && crosses(a, Spot::Vertex(i), Spot::Vertex(j)) {
+        return Some(Cross::AtPoint(a));
     }
-    if a_side == 0.0 && inside(a, c, d) && chains_cross(outline, a, Spot::Vertex(i), Spot::Inside(j)) {
-        return Some(a);
+    if a_side == 0.0 && inside(a, c, d) && crosses(a, Spot::Vertex(i), Spot::Inside(j)) {
+        return Some(Cross::AtPoint(a));
     }
-    if c_side == 0.0 && inside(c, a, b) && chains_cross(outline, c, Spot::Inside(i), Spot::Vertex(j)) {
-        return Some(c);
+    if c_side == 0.0 && inside(c, a, b) && crosses(c, Spot::Inside(i), Spot::Vertex(j)) {
+        return Some(Cross::AtPoint(c));
     }
     None
+}
+
+/// Whether both ways of chain `b` at `p` lead farther than `slack` away from chain `a`.
+fn part_clearly(outline: &Outline, p: DVec2, a: Spot, b: Spot, slack: f64) -> bool {
+    let [from, to] = ways(outline, a);
+    ways(outline, b).into_iter().all(|q| distance(q, p, from).min(distance(q, p, to)) > slack)
+}
+
+/// Distance of a point from a segment.
+pub(in crate::engine::trimming) fn distance(p: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let (d, e) = (p - a, b - a);
+    let length = e.length_squared();
+    let along = if length > 0.0 { (d.dot(e) / length).clamp(0.0, 1.0) } else { 0.0 };
+    (d - e * along).length()
 }
 
 /// Where a chain at a spot comes from and goes to.

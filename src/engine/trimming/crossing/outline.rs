@@ -8,53 +8,53 @@ use std::ops::Range;
 
 use glam::DVec2;
 
-use super::chord::ChordPoint;
+use crate::engine::trimming::chord::ChordPoint;
 
 /// Segments in a leaf: few enough to compare each with each, enough to keep the tree small.
 const LEAF: usize = 4;
 
 /// Loops as polylines. Segment `i` runs from point `i` to point [`Outline::next`]`(i)`.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Outline {
-    pub(super) points: Vec<ChordPoint>,
+pub(in crate::engine::trimming) struct Outline {
+    pub(in crate::engine::trimming) points: Vec<ChordPoint>,
     /// Where each loop's points are, with the loop's index in the file. In ascending order without gaps.
-    pub(super) loops: Vec<(usize, Range<usize>)>,
+    pub(in crate::engine::trimming) loops: Vec<(usize, Range<usize>)>,
 }
 
 impl Outline {
     /// The loop (as a place in `loops`) that a point belongs to.
-    pub(super) fn owner(&self, point: usize) -> usize {
+    pub(in crate::engine::trimming) fn owner(&self, point: usize) -> usize {
         self.loops.partition_point(|l| l.1.end <= point)
     }
 
     /// The point after a point of the loop that covers `range`.
-    pub(super) const fn next_in(range: &Range<usize>, point: usize) -> usize {
+    pub(in crate::engine::trimming) const fn next_in(range: &Range<usize>, point: usize) -> usize {
         if point + 1 == range.end { range.start } else { point + 1 }
     }
 
     /// The point before it.
-    pub(super) const fn before_in(range: &Range<usize>, point: usize) -> usize {
+    pub(in crate::engine::trimming) const fn before_in(range: &Range<usize>, point: usize) -> usize {
         if point == range.start { range.end - 1 } else { point - 1 }
     }
 
     /// The point after a point.
-    pub(super) fn next(&self, point: usize) -> usize {
+    pub(in crate::engine::trimming) fn next(&self, point: usize) -> usize {
         Self::next_in(&self.loops[self.owner(point)].1, point)
     }
 
     /// The point before a point.
-    pub(super) fn before(&self, point: usize) -> usize {
+    pub(in crate::engine::trimming) fn before(&self, point: usize) -> usize {
         Self::before_in(&self.loops[self.owner(point)].1, point)
     }
 
     /// Ends of segment `i`.
-    pub(super) fn segment(&self, i: usize) -> [DVec2; 2] {
+    pub(in crate::engine::trimming) fn segment(&self, i: usize) -> [DVec2; 2] {
         [self.points[i].uv, self.points[self.next(i)].uv]
     }
 
     /// Ends a loop that began at point `start`: points that repeat the one before are dropped. Loops of fewer than three
     /// points are dropped whole, and false is returned.
-    pub(super) fn close(&mut self, index: usize, start: usize) -> bool {
+    pub(in crate::engine::trimming) fn close(&mut self, index: usize, start: usize) -> bool {
         let mut kept = start;
         for i in start..self.points.len() {
             let p = self.points[i];
@@ -80,15 +80,15 @@ impl Outline {
 }
 
 /// The least and greatest corner of a box.
-pub(super) type Box2 = [DVec2; 2];
+pub(in crate::engine::trimming) type Box2 = [DVec2; 2];
 
 /// Whether two boxes have a point in common.
-pub(super) fn meet(a: &Box2, b: &Box2) -> bool {
+pub(in crate::engine::trimming) fn meet(a: &Box2, b: &Box2) -> bool {
     a[0].cmple(b[1]).all() && b[0].cmple(a[1]).all()
 }
 
 /// A tree of boxes over segments.
-pub(super) struct Tree {
+pub(in crate::engine::trimming) struct Tree {
     /// Boxes of the segments.
     segments: Vec<Box2>,
     /// Boxes of the nodes, level by level, leaves first.
@@ -99,28 +99,28 @@ pub(super) struct Tree {
 
 impl Tree {
     /// Builds the tree over boxes of segments.
-    pub(super) fn new(segments: Vec<Box2>) -> Self {
+    pub(in crate::engine::trimming) fn new(segments: Vec<Box2>) -> Self {
         let join =
             |boxes: &[Box2]| boxes.iter().skip(1).fold(boxes[0], |[low, high], b| [low.min(b[0]), high.max(b[1])]);
         let mut nodes: Vec<Box2> = Vec::with_capacity(segments.len());
         nodes.extend(segments.chunks(LEAF).map(join));
-        let mut levels = vec![0..nodes.len()];
-        while let Some(level) = levels.last().cloned()
-            && level.len() > 1
-        {
+        let mut level = 0..nodes.len();
+        let mut levels = Vec::from([level.clone()]);
+        while level.len() > 1 {
             let start = nodes.len();
             for i in level.clone().step_by(2) {
                 let node = join(&nodes[i..(i + 2).min(level.end)]);
                 nodes.push(node);
             }
-            levels.push(start..nodes.len());
+            level = start..nodes.len();
+            levels.push(level.clone());
         }
         Self { segments, nodes, levels }
     }
 
     /// Calls `visit(i, j)` with `i < j` for every pair of segments whose boxes meet, in a fixed order, until it returns
     /// false.
-    pub(super) fn pairs(&self, mut visit: impl FnMut(usize, usize) -> bool) {
+    pub(in crate::engine::trimming) fn pairs(&self, mut visit: impl FnMut(usize, usize) -> bool) {
         let top = self.levels.len() - 1;
         if self.nodes.is_empty() {
             return;
