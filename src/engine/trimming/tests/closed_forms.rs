@@ -75,7 +75,7 @@ fn either_orientation_of_any_loop_gives_the_same_region() {
         let other = region(&trimmed(square(0.0, 1.0), flipped), 1e-3);
         assert!((plain.area() - other.area()).abs() < 1e-15);
         for (a, b) in plain.loops.iter().zip(&other.loops) {
-            let mut rows = [a, b].map(|l| l.points.iter().map(|p| p.to_array()).collect::<Vec<_>>());
+            let mut rows = [a, b].map(|l| l.points.iter().map(DVec2::to_array).collect::<Vec<_>>());
             for r in &mut rows {
                 r.sort_by(|x, y| x.partial_cmp(y).unwrap());
             }
