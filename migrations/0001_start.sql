@@ -43,6 +43,9 @@ CREATE TABLE jobs (
     state            TEXT    NOT NULL DEFAULT 'queued'
                              CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),
     attempt          INTEGER NOT NULL DEFAULT 0 CHECK (attempt >= 0),
+    -- How many of its attempts ended with the worker's death. Jobs with one or more run one at a time, so that only the
+    -- culprit goes on dying.
+    crashes          INTEGER NOT NULL DEFAULT 0 CHECK (crashes BETWEEN 0 AND attempt),
     boot             BLOB,
     lease_token      BLOB    CHECK (lease_token IS NULL OR length(lease_token) = 16),
     lease_until_us   INTEGER,

@@ -44,6 +44,9 @@ pub use crate::store::{
 use crate::store::{Claim, Lane, Progress, Reclaim, Store, StoreError};
 use monitor::{Monitor, Stop};
 
+/// Longest that a caller waits for a job, however long it asks for: a time that can be added to any other.
+const LONGEST_WAIT: Duration = Duration::from_hours(24);
+
 /// The running machine; clones are handles to the same one.
 #[derive(Debug, Clone)]
 pub struct Queue(Arc<Shared>);
@@ -228,6 +231,7 @@ impl Queue {
     /// # Errors
     /// What the store says.
     pub async fn wait_until_ended(&self, id: JobId, at_most: Duration) -> Result<Option<Job>, StoreError> {
+        let at_most = at_most.min(LONGEST_WAIT);
         let deadline = Instant::now() + at_most;
         // Subscribed before the row is read, so no change between the two is missed.
         let mut changes = self.subscribe();

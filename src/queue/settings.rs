@@ -38,6 +38,8 @@ pub struct Settings {
     pub tick_every: Duration,
     /// How often the progress of a job is written: each is a commit.
     pub progress_every: Duration,
+    /// How often room of deleted rows is given back to the file system.
+    pub tidy_every: Duration,
     /// How long one attempt may take.
     pub timeout: Duration,
     /// How long a job that was told to stop may go on before it counts as stuck.
@@ -64,6 +66,7 @@ impl Default for Settings {
             poll_every: Duration::from_secs(1),
             tick_every: Duration::from_millis(100),
             progress_every: Duration::from_millis(500),
+            tidy_every: Duration::from_mins(1),
             timeout: Duration::from_mins(10),
             stuck_after: Duration::from_secs(10),
             retry_pause: Duration::from_millis(500),
@@ -73,13 +76,14 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The settings with what would make the machine stand still set right: at least one worker, thread and attempt,
-    /// and leases that are renewed before they run out.
+    /// The settings with what would make the machine stand still set right: at least one worker, thread, attempt, and
+    /// millisecond between ticks.
     #[must_use]
     pub(super) fn sound(mut self) -> Self {
         self.workers = self.workers.max(1);
         self.threads = self.threads.max(1);
         self.most_attempts = self.most_attempts.max(1);
+        self.tick_every = self.tick_every.max(Duration::from_millis(1));
         self
     }
 }

@@ -1,5 +1,5 @@
 //! What goes on beside the workers: leases are renewed, progress written, cancellations carried to the workers, lost
-//! jobs taken back.
+//! jobs taken back, freed room given back.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -15,7 +15,7 @@ pub(super) async fn keep_up(shared: Arc<Shared>) {
     let mut phase = shared.phase.subscribe();
     let mut tick = interval(shared.settings.tick_every);
     tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let (mut renewed, mut swept) = (Instant::now(), Instant::now());
+    let (mut renewed, mut swept, mut tidied) = (Instant::now(), Instant::now(), Instant::now());
     loop {
         tokio::select! {
             _ = tick.tick() => {}
@@ -35,6 +35,12 @@ pub(super) async fn keep_up(shared: Arc<Shared>) {
             swept = Instant::now();
             if let Err(error) = sweep(&shared).await {
                 tracing::warn!(%error, "lost jobs could not be taken back; trying again");
+            }
+        }
+        if tidied.elapsed() >= shared.settings.tidy_every {
+            tidied = Instant::now();
+            if let Err(error) = shared.store.tidy().await {
+                tracing::warn!(%error, "room could not be given back; trying again");
             }
         }
     }
@@ -89,7 +95,7 @@ async fn look_after(shared: &Shared, renewal_due: bool) -> Result<(), StoreError
 }
 
 /// Takes back jobs whose lease has run out.
-pub(super) async fn sweep(shared: &Shared) -> Result<(), StoreError> {
+async fn sweep(shared: &Shared) -> Result<(), StoreError> {
     let most = shared.settings.most_attempts;
     let taken = shared.store.reclaim(Reclaim::Expired, most, super::crashed(most)).await?;
     if taken.requeued > 0 {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use rayon::ThreadPool;
 use tokio::sync::oneshot;
-use tokio::time::{Instant, sleep, sleep_until};
+use tokio::time::sleep;
 
 use super::monitor::{Monitor, Stop};
 use super::pool::{self, Outcome};
@@ -95,7 +95,7 @@ async fn run(shared: &Arc<Shared>, claim: Claim, pool: &ThreadPool) {
 /// Waits for the attempt's outcome; tells it to stop when its time is up; `None` when the machine waits no longer.
 async fn watch(shared: &Shared, monitor: &Monitor, mut outcome: oneshot::Receiver<Outcome>) -> Option<Outcome> {
     let mut phase = shared.phase.subscribe();
-    let deadline = sleep_until(Instant::now() + shared.settings.timeout);
+    let deadline = sleep(shared.settings.timeout);
     tokio::pin!(deadline);
     loop {
         tokio::select! {

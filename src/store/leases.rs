@@ -4,6 +4,9 @@
 //! token; every later write of that worker names (id, attempt, token) and requires that the job still runs. A worker
 //! that was asleep past its lease thus writes nothing, however late it wakes. Lease times are steady times (see
 //! [`crate::clock`]), compared only within one boot; rows of another boot are those of a process that is dead.
+//!
+//! Jobs whose worker died run one at a time: were they run together, those that merely ran beside the culprit would die
+//! with it until their attempts are used up. As it is, a job dies beside a culprit at most once.
 
 use std::time::Duration;
 
@@ -90,9 +93,14 @@ macro_rules! claim {
         )
     };
 }
-pub(super) const CLAIM_LIGHT: &str =
-    claim!("SELECT seq FROM jobs WHERE state = 'queued' AND lane = 0 ORDER BY seq LIMIT 1");
-pub(super) const CLAIM_ANY: &str = claim!("SELECT seq FROM jobs WHERE state = 'queued' ORDER BY seq LIMIT 1");
+pub(super) const CLAIM_LIGHT: &str = claim!(
+    "SELECT seq FROM jobs WHERE state = 'queued' AND lane = 0 AND (crashes = 0 OR NOT EXISTS \
+     (SELECT 1 FROM jobs AS r WHERE r.state = 'running' AND r.crashes > 0)) ORDER BY seq LIMIT 1"
+);
+pub(super) const CLAIM_ANY: &str = claim!(
+    "SELECT seq FROM jobs WHERE state = 'queued' AND (crashes = 0 OR NOT EXISTS \
+     (SELECT 1 FROM jobs AS r WHERE r.state = 'running' AND r.crashes > 0)) ORDER BY seq LIMIT 1"
+);
 const RENEW: &str = "UPDATE jobs SET lease_until_us = ?4 \
      WHERE id = ?1 AND attempt = ?2 AND lease_token = ?3 AND state = 'running'";
 const PROGRESS: &str = concat!(
@@ -101,8 +109,8 @@ const PROGRESS: &str = concat!(
     returning_job!()
 );
 const GIVE_BACK: &str = concat!(
-    "UPDATE jobs SET state = 'queued', attempt = attempt - ?4, boot = NULL, lease_token = NULL, lease_until_us = NULL, \
-     progress = 0, stage = NULL, revision = revision + 1 \
+    "UPDATE jobs SET state = 'queued', attempt = attempt - ?4, crashes = crashes + ?5, boot = NULL, lease_token = NULL, \
+     lease_until_us = NULL, progress = 0, stage = NULL, revision = revision + 1 \
      WHERE id = ?1 AND attempt = ?2 AND lease_token = ?3 AND state = 'running' AND cancel_requested = 0",
     returning_job!()
 );
@@ -203,6 +211,7 @@ impl Store {
                 .bind(claim.job.attempt)
                 .bind(claim.token.as_bytes().as_slice())
                 .bind(i64::from(!attempt_counts))
+                .bind(0)
                 .fetch_optional(&mut *tx)
                 .await?;
             let Some(row) = row else { return Ok(false) };
@@ -250,6 +259,7 @@ impl Store {
                         .bind(attempt)
                         .bind(token)
                         .bind(0)
+                        .bind(1)
                         .fetch_optional(&mut *tx)
                         .await?;
                     reclaimed.requeued += 1;

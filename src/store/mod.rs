@@ -21,6 +21,8 @@ mod ids;
 mod leases;
 mod lists;
 mod migrations;
+#[cfg(test)]
+mod plans;
 mod results;
 mod rows;
 mod surfaces;
