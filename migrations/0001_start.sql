@@ -76,11 +76,10 @@ CREATE TABLE jobs (
     CHECK (state <> 'succeeded' OR (attempt >= 1 AND started_us IS NOT NULL)),
     CHECK (cancel_requested = 0 OR state IN ('running', 'cancelled'))
 ) STRICT;
-CREATE INDEX jobs_queued ON jobs (seq) WHERE state = 'queued';
-CREATE INDEX jobs_queued_by_lane ON jobs (lane, seq) WHERE state = 'queued';
-CREATE INDEX jobs_running ON jobs (lease_until_us) WHERE state = 'running';
-CREATE INDEX jobs_needing ON jobs (needs_surface) WHERE needs_surface IS NOT NULL;
+-- Claims and lists by state; few run at a time, so leases need none of their own.
 CREATE INDEX jobs_by_state ON jobs (state, seq);
+CREATE INDEX jobs_queued_by_lane ON jobs (lane, seq) WHERE state = 'queued';
+CREATE INDEX jobs_needing ON jobs (needs_surface) WHERE needs_surface IS NOT NULL;
 CREATE INDEX jobs_by_kind ON jobs (kind, seq);
 CREATE INDEX jobs_by_surface ON jobs (surface, seq);
 CREATE INDEX jobs_by_verdict ON jobs (verdict, seq) WHERE verdict IS NOT NULL;

@@ -117,7 +117,7 @@ const GIVE_BACK: &str = concat!(
 pub(super) const UNWANTED: &str = "SELECT id, attempt FROM jobs WHERE state = 'running' AND cancel_requested = 1";
 pub(super) const LOST_BY_BOOT: &str = "SELECT seq, attempt, cancel_requested, lease_token, id FROM jobs WHERE state = 'running' AND boot <> ?1 ORDER BY seq";
 pub(super) const LOST_BY_TIME: &str = "SELECT seq, attempt, cancel_requested, lease_token, id FROM jobs \
-     WHERE state = 'running' AND lease_until_us <= ?1 ORDER BY lease_until_us";
+     WHERE state = 'running' AND lease_until_us <= ?1 ORDER BY seq";
 
 impl Store {
     /// Claims the job that has waited longest: of the light lane alone, or of both.
@@ -248,9 +248,9 @@ impl Store {
                     let ending = Ending::Failed { problem: crashed.clone(), results: Vec::new(), resolved: None };
                     let ended = store.end(&mut tx, (id, attempt, token), &ending, None).await?;
                     if cancelled {
-                        reclaimed.cancelled += 1
+                        reclaimed.cancelled += 1;
                     } else {
-                        reclaimed.failed += 1
+                        reclaimed.failed += 1;
                     }
                     ended
                 } else {

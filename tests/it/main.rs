@@ -1,6 +1,17 @@
 //! The integration tests, one binary with a module for each subject.
 
+#![expect(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
 mod formats_parts;
 mod support;
 
+mod queue_bounds;
+mod queue_crashes;
+mod queue_drain;
+mod queue_edges;
+mod queue_leases;
 mod queue_running;
+mod store_contents;
+mod store_directory;
+mod store_faults;
+mod store_lists;

@@ -15,7 +15,7 @@ use planish::store::{NewSurface, Store, SurfaceId};
 use serde_json::{Value, json};
 
 /// Longer than anything here may take, even on a laden machine: a test that waits so long has failed.
-pub(crate) const LONG: Duration = Duration::from_secs(60);
+pub(crate) const LONG: Duration = Duration::from_mins(1);
 
 /// The bytes of the surface that the jobs are about. The machine does not read them.
 pub(crate) const CONTENT: &[u8] = b"a surface";
@@ -141,10 +141,11 @@ impl Runner for Puppet {
             }
             Some("fail") => return Err(failed("triangle-flipped", FailureClass::Deterministic)),
             Some("falter") => return Err(failed("storage-failed", FailureClass::Transient)),
-            Some("falter once") if task.attempt == 1 => {
-                return Err(failed("storage-failed", FailureClass::Transient));
+            Some("falter once") => {
+                if task.attempt == 1 {
+                    return Err(failed("storage-failed", FailureClass::Transient));
+                }
             }
-            Some("falter once") => {}
             Some("abort") => std::process::abort(),
             Some(other) => panic!("no puppet does {other:?}"),
         }
