@@ -17,6 +17,11 @@ use crate::engine::pattern::{Contour, Pattern, Piece};
 
 const MESH_MAGIC: [u8; 4] = *b"PLNM";
 const PATTERN_MAGIC: [u8; 4] = *b"PLNP";
+/// Media type under which an encoded mesh is stored.
+pub const MESH_MEDIA: &str = "application/vnd.planish.mesh";
+/// Media type under which an encoded pattern is stored.
+pub const PATTERN_MEDIA: &str = "application/vnd.planish.pattern";
+
 /// The only version so far.
 const VERSION: u32 = 1;
 

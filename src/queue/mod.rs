@@ -16,6 +16,7 @@
 //! Nothing here knows HTTP; the work itself is a [`Runner`].
 
 mod drain;
+mod engine_runner;
 mod monitor;
 mod pool;
 mod runner;
@@ -34,6 +35,7 @@ use tokio::time::{Instant, timeout_at};
 use tokio_util::task::TaskTracker;
 
 pub use drain::Drained;
+pub use engine_runner::{EngineRunner, problem};
 pub use runner::{Failed, FailureClass, Finished, Runner, Task};
 pub use settings::Settings;
 

@@ -5,6 +5,7 @@
 mod formats_parts;
 mod support;
 
+mod architecture;
 mod queue_bounds;
 mod queue_crashes;
 mod queue_drain;

@@ -78,6 +78,21 @@ pub enum TrimmingError {
     },
 }
 
+impl TrimmingError {
+    /// The place, for a caller that worked on a moved copy of the surface.
+    pub(in crate::engine) fn place_mut(&mut self) -> Option<&mut Place> {
+        match self {
+            Self::Gap { place, .. }
+            | Self::OutsideDomain { place, .. }
+            | Self::SelfIntersection { place, .. }
+            | Self::LoopsIntersect { place, .. }
+            | Self::Empty { place, .. }
+            | Self::Twins { place, .. } => Some(place),
+            Self::TooIntricate { .. } => None,
+        }
+    }
+}
+
 /// Something that was mended or looks odd.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrimWarning {

@@ -11,6 +11,7 @@ mod checked;
 mod chord;
 mod crossing;
 mod error;
+mod extent;
 mod mend;
 mod nesting;
 mod pieces;
@@ -24,6 +25,7 @@ mod tests;
 
 pub use checked::{CheckedCurve, CheckedLoop, CheckedTrims};
 pub use error::{TrimWarning, TrimmingError};
+pub use extent::part_box;
 pub use nesting::Containment;
 pub use region::{BoundaryLoop, CurvePoint, TrimRegion};
 pub use trimmed_surface::{Side, TrimCurve, TrimLoop, TrimShape, TrimmedSurface};

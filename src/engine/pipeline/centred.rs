@@ -1,0 +1,100 @@
+//! A surface moved to the origin, and the way back for everything that names a place in space.
+
+use glam::DVec3;
+
+use super::{Failure, Outcome};
+use crate::engine::distortion::{DistortionMeasures, Report};
+use crate::engine::error::{EngineError, Place};
+use crate::engine::flattening::FlatteningError;
+use crate::engine::triangulation::TriangulationError;
+use crate::engine::trimming::{TrimWarning, TrimmedSurface, TrimmingError};
+
+/// A surface whose net is centred at the origin.
+pub(super) struct Centred {
+    /// The surface.
+    pub part: TrimmedSurface,
+    /// What was subtracted, mm.
+    pub offset: DVec3,
+}
+
+impl Centred {
+    pub(super) fn new(surface: &TrimmedSurface) -> Self {
+        let [low, high] = surface.surface.bounding_box();
+        let offset = low.midpoint(high);
+        let part = TrimmedSurface {
+            surface: surface.surface.translated(-offset),
+            loops: surface.loops.clone(),
+            side: surface.side,
+        };
+        Self { part, offset }
+    }
+
+    /// The outcome where the surface really is.
+    pub(super) fn outcome_back(&self, mut outcome: Outcome) -> Outcome {
+        for p in &mut outcome.mesh.positions {
+            *p += self.offset;
+        }
+        self.report_back(&mut outcome.report);
+        outcome
+    }
+
+    /// The failure where the surface really is.
+    pub(super) fn failure_back(&self, mut failure: Failure) -> Failure {
+        match &mut failure.error {
+            EngineError::Trimming(error) => self.shift_trimming(error),
+            EngineError::Triangulation(TriangulationError::Polygon { place }) => self.place_back(place),
+            EngineError::Flattening(error) => self.flattening_back(error),
+            _ => {}
+        }
+        failure.partial = failure.partial.map(|outcome| Box::new(self.outcome_back(*outcome)));
+        failure
+    }
+
+    fn report_back(&self, report: &mut Report) {
+        if let Some(distortion) = &mut report.distortion {
+            self.measures_back(&mut distortion.part);
+            if let Some(base) = &mut distortion.base {
+                self.measures_back(base);
+            }
+        }
+    }
+
+    fn measures_back(&self, measures: &mut DistortionMeasures) {
+        let strain = &mut measures.strain_percent;
+        for place in [&mut strain.at_min, &mut strain.at_max] {
+            place.xyz_mm = (DVec3::from(place.xyz_mm) + self.offset).to_array();
+        }
+    }
+
+    fn place_back(&self, place: &mut Place) {
+        if let Some(xyz) = &mut place.xyz_mm {
+            *xyz = (DVec3::from(*xyz) + self.offset).to_array();
+        }
+    }
+
+    /// A fault of a loop where it really is.
+    pub(super) fn trimming_back(&self, mut error: TrimmingError) -> TrimmingError {
+        self.shift_trimming(&mut error);
+        error
+    }
+
+    /// A warning where it really belongs.
+    pub(super) fn warning_back(&self, mut warning: TrimWarning) -> TrimWarning {
+        self.place_back(&mut warning.place);
+        warning
+    }
+
+    fn shift_trimming(&self, error: &mut TrimmingError) {
+        if let Some(place) = error.place_mut() {
+            self.place_back(place);
+        }
+    }
+
+    fn flattening_back(&self, error: &mut FlatteningError) {
+        match error {
+            FlatteningError::Flipped { place, .. } => self.place_back(place),
+            FlatteningError::NoSeed { furthest, .. } => self.flattening_back(furthest),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! The first half of the way: loops checked and polygonised, density chosen, domain triangulated, mesh lifted to space.
+
+use crate::engine::budget::{Observer, Stage};
+use crate::engine::error::EngineError;
+use crate::engine::flattening::{FlatteningDomain, FlatteningMethod};
+use crate::engine::job::{JobKind, JobOptions};
+use crate::engine::mesh::Topology;
+use crate::engine::nurbs::Surface;
+use crate::engine::pattern::DEFAULT_CURVE_TOLERANCE;
+use crate::engine::triangulation::density::{self, DensityInput, DensityLimits, MAX_TRIANGLES};
+use crate::engine::triangulation::{
+    Density, GridLines, Lifted, TracingCounts, TriangulationError, TriangulationMethod, aspect_of, grid_mesh, lift,
+    trace,
+};
+use crate::engine::trimming::{CheckedTrims, TrimRegion, part_box};
+
+use super::centred::Centred;
+use super::piecewise;
+
+/// Chord tolerance when neither a grid nor a tolerance is given, as a fraction of the part's diagonal.
+pub const DEFAULT_CHORD_RELATIVE: f64 = 1e-3;
+/// Sequential flattening fails on meshes that are too dense and says little on those that are too coarse: the default
+/// density is brought into this range of triangles.
+pub const CADER_TRIANGLES: (u64, u64) = (200, 7000);
+/// The share of an area tolerance that the polygonised boundary may use up; the rest is the curvature's.
+const BOUNDARY_SHARE_OF_AREA: f64 = 0.25;
+/// Points along each direction that a grid may have.
+pub(super) const MAX_GRID: u32 = 4096;
+
+/// A surface with its mesh.
+pub(super) struct Meshed<'a> {
+    pub surface: &'a Surface,
+    pub trims: CheckedTrims,
+    pub region: TrimRegion,
+    pub lines: GridLines,
+    pub counts: TracingCounts,
+    pub lifted: Lifted,
+    pub topology: Topology,
+    /// Chord tolerance of the pattern's curves, mm.
+    pub curve_tolerance: f64,
+    /// The options with what was chosen here filled in.
+    pub options: JobOptions,
+    /// True when the mesh is that of the part; false when it is that of the whole base surface.
+    pub of_part: bool,
+}
+
+impl<'a> Meshed<'a> {
+    pub(super) fn new(
+        kind: JobKind,
+        centred: &'a Centred,
+        options: &JobOptions,
+        observer: &dyn Observer,
+    ) -> Result<Self, EngineError> {
+        let surface = &centred.part.surface;
+        // A surface is checked whole when it is accepted, so a job meets the first fault only if it was not.
+        let trims = centred.part.check().map_err(|faults| match faults.into_iter().next() {
+            Some(fault) => EngineError::from(fault),
+            None => EngineError::from(TriangulationError::NoArea),
+        })?;
+        let coarse = trims.polygonise(surface, rough_tolerance(surface))?;
+        let [low, high] = part_box(surface, &coarse);
+        let diagonal = low.distance(high);
+        let of_part = !coarse.natural && of_part(kind, options)?;
+
+        let mut filled = options.clone();
+        let default_density = options.triangulation.grid.is_none() && options.triangulation.tolerance.is_none();
+        if default_density {
+            filled.triangulation.tolerance = Some(Density::ChordRelative(DEFAULT_CHORD_RELATIVE));
+        }
+        let clamp =
+            (default_density && kind == JobKind::Flatten && options.flattening.method == FlatteningMethod::Cader)
+                .then_some(CADER_TRIANGLES);
+        let region = trims.polygonise(surface, boundary_tolerance(&filled, surface, &coarse, diagonal))?;
+        observer.check()?;
+        let lines = match (filled.triangulation.grid, filled.triangulation.tolerance) {
+            (Some([m, n]), _) => uniform(surface, m, n)?,
+            (None, tolerance) => density::plan(
+                &DensityInput {
+                    surface,
+                    region: of_part.then_some(&region),
+                    diagonal,
+                    density: tolerance.unwrap_or(Density::ChordRelative(DEFAULT_CHORD_RELATIVE)),
+                    configuration: filled.triangulation.configuration,
+                    limits: DensityLimits { clamp, ..DensityLimits::default() },
+                },
+                observer,
+            )?,
+        };
+        observer.check()?;
+        let (configuration, phase) = (filled.triangulation.configuration, filled.triangulation.phase);
+        let (domain, counts) = if of_part {
+            observer.enter(Stage::Tracing);
+            let traced = trace(&lines, &region, observer)?.with_aspect(aspect_of(surface, &lines));
+            let counts = traced.counts();
+            observer.enter(Stage::Triangulation);
+            (traced.triangulate(configuration, phase)?, counts)
+        } else {
+            observer.enter(Stage::Triangulation);
+            let counts = TracingCounts { cells: lines.cells(), ..TracingCounts::default() };
+            (grid_mesh(&lines, configuration, phase), counts)
+        };
+        observer.check()?;
+        let lifted = piecewise::split_touching(lift(surface, domain, &lines));
+        observer.check()?;
+        if lifted.mesh.triangles.is_empty() {
+            return Err(TriangulationError::NoArea.into());
+        }
+        let topology = Topology::new(&lifted.mesh).map_err(crate::engine::flattening::FlatteningError::from)?;
+        let curve_tolerance = options.curve_tolerance_mm.unwrap_or(DEFAULT_CURVE_TOLERANCE * diagonal);
+        Ok(Self { surface, trims, region, lines, counts, lifted, topology, curve_tolerance, options: filled, of_part })
+    }
+
+    /// What a person should know of the surface.
+    pub(super) fn warnings(&self) -> Vec<String> {
+        self.trims.warnings().iter().map(|warning| warning.detail.clone()).collect()
+    }
+}
+
+/// Whether the mesh is to be that of the part rather than that of the whole base surface.
+fn of_part(kind: JobKind, options: &JobOptions) -> Result<bool, EngineError> {
+    let traced = options.triangulation.method == TriangulationMethod::Tracing;
+    match (kind, options.flattening.domain) {
+        (JobKind::Triangulate, _) => Ok(traced),
+        (JobKind::Flatten, FlatteningDomain::Base) => Ok(false),
+        (JobKind::Flatten, FlatteningDomain::Trimmed) if traced => Ok(true),
+        (JobKind::Flatten, FlatteningDomain::Trimmed) => Err(EngineError::Parameter {
+            name: "triangulation.method".into(),
+            detail: "`grid` makes a mesh of the whole base surface: with `flattening.domain: trimmed` take `tracing`"
+                .into(),
+        }),
+    }
+}
+
+fn uniform(surface: &Surface, m: u32, n: u32) -> Result<GridLines, EngineError> {
+    if m.min(n) < 2 || m.max(n) > MAX_GRID {
+        return Err(EngineError::Parameter {
+            name: "triangulation.grid".into(),
+            detail: format!("[{m}, {n}] points: 2 to {MAX_GRID} are possible along each direction"),
+        });
+    }
+    let estimate = 2 * u64::from(m - 1) * u64::from(n - 1);
+    if estimate > MAX_TRIANGLES {
+        return Err(TriangulationError::TooManyTriangles { estimate, limit: MAX_TRIANGLES }.into());
+    }
+    Ok(GridLines::uniform(surface.domain(), m as usize, n as usize))
+}
+
+/// A tolerance to look at the loops with before the part's size is known.
+pub(super) fn rough_tolerance(surface: &Surface) -> f64 {
+    let [low, high] = surface.bounding_box();
+    DEFAULT_CHORD_RELATIVE * low.distance(high)
+}
+
+/// How finely the loops are polygonised so that the mesh keeps what was asked for.
+fn boundary_tolerance(options: &JobOptions, surface: &Surface, coarse: &TrimRegion, diagonal: f64) -> f64 {
+    let default = DEFAULT_CHORD_RELATIVE * diagonal;
+    if options.triangulation.grid.is_some() {
+        return default;
+    }
+    let of_area = |area: f64| {
+        let points = |l: &crate::engine::trimming::BoundaryLoop| -> f64 {
+            let p: Vec<_> = l.points.iter().map(|uv| surface.point(uv.x, uv.y)).collect();
+            (0..p.len()).map(|i| p[i].distance(p[(i + 1) % p.len()])).sum()
+        };
+        let perimeter: f64 = coarse.loops.iter().map(points).sum();
+        default.min(BOUNDARY_SHARE_OF_AREA * area / perimeter.max(f64::MIN_POSITIVE))
+    };
+    match options.triangulation.tolerance {
+        Some(Density::Chord(tolerance)) => tolerance,
+        Some(Density::ChordRelative(share)) => share * diagonal,
+        Some(Density::Area(area)) => of_area(area),
+        Some(Density::AreaRelative(share)) => of_area(share * surface.area(1e-3)),
+        Some(Density::Edge(_)) | None => default,
+    }
+}

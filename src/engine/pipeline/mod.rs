@@ -1,0 +1,176 @@
+//! The whole way from a trimmed surface to its pattern: the one function that a worker and the command line call.
+//!
+//! The surface is moved so that its net's centre is the origin before anything is computed (coordinates far from the
+//! origin would cost digits) and everything that comes out is moved back. Stages are announced to the observer as they
+//! begin. What comes out holds no clock, id or timing: the same input gives the same bytes.
+
+mod centred;
+mod flattened;
+mod meshed;
+mod piecewise;
+mod reports;
+mod survey;
+
+use glam::{DVec2, DVec3};
+
+use super::budget::{Observer, Stage};
+use super::distortion::{self, DistortionReport, Report};
+use super::error::EngineError;
+use super::job::{JobKind, JobOptions};
+use super::mesh::Mesh;
+use super::pattern::{self, DrawInput, Pattern};
+use super::trimming::TrimmedSurface;
+use centred::Centred;
+use meshed::Meshed;
+
+pub use flattened::OPTIMUM_UP_TO;
+pub use meshed::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE};
+pub use survey::{Survey, survey};
+
+/// Everything that a job results in.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Outcome {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Unit normals at its vertices.
+    pub normals: Vec<DVec3>,
+    /// Its flattening as placed in the pattern; NaN where a partial one did not get to.
+    pub flat: Option<Vec<DVec2>>,
+    /// Principal strains of each triangle `[least, greatest]`, percent; NaN where a partial flattening did not get to.
+    pub strain_percent: Option<Vec<[f64; 2]>>,
+    /// The pattern.
+    pub pattern: Option<Pattern>,
+    /// The report.
+    pub report: Report,
+    /// The options with every default filled in.
+    pub options: JobOptions,
+}
+
+/// Why a job failed, and what can be read all the same.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failure {
+    /// The reason.
+    pub error: EngineError,
+    /// What there is of a result: the mesh, and what of it was flattened.
+    pub partial: Option<Box<Outcome>>,
+}
+
+impl From<EngineError> for Failure {
+    fn from(error: EngineError) -> Self {
+        Self { error, partial: None }
+    }
+}
+
+/// Does the work of a job.
+///
+/// # Errors
+/// [`Failure`] with the engine's error and, where a flattening stopped half-way, the mesh with what was flattened.
+pub fn run(
+    kind: JobKind,
+    surface: &TrimmedSurface,
+    options: &JobOptions,
+    observer: &dyn Observer,
+) -> Result<Outcome, Failure> {
+    observer.enter(Stage::Preparation);
+    observer.check()?;
+    let centred = Centred::new(surface);
+    let meshed = Meshed::new(kind, &centred, options, observer).map_err(|error| centred.failure_back(error.into()))?;
+    match kind {
+        JobKind::Triangulate => Ok(centred.outcome_back(triangulated(&meshed))),
+        JobKind::Flatten => match flatten(&meshed, options, &centred, observer) {
+            Ok(outcome) => Ok(centred.outcome_back(outcome)),
+            Err(failure) => Err(centred.failure_back(failure)),
+        },
+    }
+}
+
+/// The outcome of a job that ends with the mesh.
+fn triangulated(meshed: &Meshed) -> Outcome {
+    Outcome {
+        mesh: meshed.lifted.mesh.clone(),
+        normals: meshed.lifted.normals.clone(),
+        report: Report {
+            triangulation: reports::triangulation(meshed),
+            warnings: meshed.warnings(),
+            ..Report::default()
+        },
+        options: meshed.options.clone(),
+        ..Outcome::default()
+    }
+}
+
+/// The outcome of a job that goes on to the pattern.
+fn flatten(
+    meshed: &Meshed,
+    options: &JobOptions,
+    centred: &Centred,
+    observer: &dyn Observer,
+) -> Result<Outcome, Failure> {
+    let inside = if meshed.of_part {
+        vec![true; meshed.lifted.mesh.triangles.len()]
+    } else {
+        pattern::triangles_of_part(&meshed.lifted, &meshed.region)
+    };
+    let part = Some(inside.as_slice()).filter(|inside| inside.contains(&false));
+    let laid = flattened::flatten(meshed, options, centred, part, observer).map_err(|stopped| {
+        let partial = stopped.partial.map(|laid| {
+            let mut outcome = triangulated(meshed);
+            outcome.strain_percent = Some(reports::strains(&meshed.lifted.mesh, &laid.flat));
+            outcome.report.flattening = Some(reports::flattening(&meshed.lifted.mesh, &laid, options));
+            outcome.report.seed_search.clone_from(&laid.search);
+            outcome.options.flattening.seed = laid.seed_choice;
+            outcome.flat = Some(laid.flat);
+            Box::new(outcome)
+        });
+        Failure { error: stopped.error, partial }
+    })?;
+    observer.enter(Stage::Pattern);
+    observer.check()?;
+    let drawn = pattern::draw(&DrawInput {
+        surface: &centred.part.surface,
+        side: centred.part.side,
+        trims: &meshed.trims,
+        lifted: &meshed.lifted,
+        flat: &laid.flat,
+        part: &inside,
+        placement: &options.placement,
+        curve_tolerance_mm: Some(meshed.curve_tolerance),
+    })?;
+    let flat = drawn.transform.apply(&laid.flat);
+    observer.check()?;
+    let mesh = &meshed.lifted.mesh;
+    let measures = distortion::measure(mesh, &meshed.topology, &flat, part, options.thresholds);
+    let base = part.map(|_| distortion::measure(mesh, &meshed.topology, &flat, None, options.thresholds));
+    let verdict = distortion::verdict(&options.limits, &measures, &drawn.boundary);
+    let mut warnings = meshed.warnings();
+    warnings.extend(laid.warnings.iter().cloned());
+    let mut filled = meshed.options.clone();
+    filled.flattening.seed = laid.seed_choice;
+    filled.curve_tolerance_mm = Some(meshed.curve_tolerance);
+    Ok(Outcome {
+        mesh: mesh.clone(),
+        normals: meshed.lifted.normals.clone(),
+        strain_percent: Some(reports::strains(mesh, &flat)),
+        report: Report {
+            triangulation: reports::triangulation(meshed),
+            flattening: Some(reports::flattening(mesh, &laid, options)),
+            seed_search: laid.search,
+            placement: Some(drawn.placement),
+            verdict: Some(verdict),
+            distortion: Some(DistortionReport {
+                part: measures,
+                base,
+                boundary: drawn.boundary,
+                thresholds: options.thresholds,
+            }),
+            pattern: Some(drawn.report),
+            warnings,
+        },
+        pattern: Some(drawn.pattern),
+        flat: Some(flat),
+        options: filled,
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,73 @@
+//! Pieces that touch at a vertex only: the vertex is split, so that each piece can lie flat by itself.
+
+use crate::engine::mesh::Topology;
+use crate::engine::triangulation::Lifted;
+
+/// No piece yet.
+const NOBODY: u32 = u32::MAX;
+
+/// Splits the vertices that several pieces share. A mesh whose pieces do not touch comes back as it was.
+pub(super) fn split_touching(mut lifted: Lifted) -> Lifted {
+    let Ok(topology) = Topology::new(&lifted.mesh) else { return lifted };
+    if topology.piece_count() < 2 {
+        return lifted;
+    }
+    let pieces = topology.piece_of();
+    // The first piece that uses a vertex keeps it; each further one gets a copy.
+    let mut owner = vec![NOBODY; lifted.mesh.positions.len()];
+    let mut copies: Vec<(u32, u32, u32)> = Vec::new();
+    for (t, &piece) in pieces.iter().enumerate() {
+        for corner in 0..3 {
+            let v = lifted.mesh.triangles[t][corner];
+            if owner[v as usize] == NOBODY {
+                owner[v as usize] = piece;
+            }
+            if owner[v as usize] == piece {
+                continue;
+            }
+            let known = copies.iter().find(|(of, by, _)| (*of, *by) == (v, piece)).map(|(_, _, copy)| *copy);
+            let copy = known.unwrap_or_else(|| {
+                let copy = lifted.mesh.positions.len() as u32;
+                lifted.mesh.positions.push(lifted.mesh.positions[v as usize]);
+                lifted.normals.push(lifted.normals[v as usize]);
+                if let Some(uv) = &mut lifted.mesh.uv {
+                    uv.push(uv[v as usize]);
+                }
+                owner.push(piece);
+                copies.push((v, piece, copy));
+                copy
+            });
+            lifted.mesh.triangles[t][corner] = copy;
+        }
+    }
+    if !copies.is_empty() {
+        follow_in_the_domain(&mut lifted, pieces, &copies);
+    }
+    lifted
+}
+
+/// Gives the domain's triangles their own copies too, so that places in (u, v) lead to the right piece.
+fn follow_in_the_domain(lifted: &mut Lifted, pieces: &[u32], copies: &[(u32, u32, u32)]) {
+    let mut made: Vec<(u32, u32, u32)> = Vec::new();
+    for t in 0..lifted.domain.triangles.len() {
+        let image = lifted.triangle_of[t];
+        if image == u32::MAX {
+            continue;
+        }
+        let piece = pieces[image as usize];
+        for corner in 0..3 {
+            let d = lifted.domain.triangles[t][corner];
+            let v = lifted.vertex_of[d as usize];
+            let Some((_, _, copy)) = copies.iter().find(|(of, by, _)| (*of, *by) == (v, piece)) else { continue };
+            let own = made.iter().find(|(of, by, _)| (*of, *by) == (d, piece)).map(|(_, _, own)| *own);
+            let own = own.unwrap_or_else(|| {
+                let own = lifted.domain.uv.len() as u32;
+                lifted.domain.uv.push(lifted.domain.uv[d as usize]);
+                lifted.vertex_of.push(*copy);
+                made.push((d, piece, own));
+                own
+            });
+            lifted.domain.triangles[t][corner] = own;
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! What the report says of a mesh and of its flattening.
+
+use glam::DVec2;
+
+use super::flattened::Laid;
+use super::meshed::Meshed;
+use crate::engine::distortion::{self, AspectRatio, FlatteningReport, TriangulationReport};
+use crate::engine::flattening::{FlatteningDomain, FlatteningMethod};
+use crate::engine::job::JobOptions;
+use crate::engine::mesh::{Mesh, measures};
+use crate::engine::triangulation::{sampled_chord_error, trimmed_area};
+
+/// The mesh.
+pub(super) fn triangulation(meshed: &Meshed) -> TriangulationReport {
+    let (mesh, topology) = (&meshed.lifted.mesh, &meshed.topology);
+    TriangulationReport {
+        vertices: mesh.positions.len() as u64,
+        edges: topology.edge_count() as u64,
+        triangles: mesh.triangles.len() as u64,
+        area_mm2: measures::total_area(mesh),
+        surface_area_mm2: trimmed_area(meshed.surface, &meshed.lifted.domain),
+        chord_error_mm: sampled_chord_error(meshed.surface, &meshed.lifted),
+        edge_max_mm: measures::edge_lengths(mesh, topology).into_iter().fold(0.0, f64::max),
+        grid: [meshed.lines.u.len() as u32, meshed.lines.v.len() as u32],
+        cells: meshed.counts.cells,
+        cells_traced: meshed.counts.cells_traced,
+        cells_distinct: meshed.counts.cells_distinct,
+        borders: topology.border_count() as u64,
+        pieces: topology.piece_count() as u64,
+        aspect_ratio: AspectRatio::of(mesh),
+    }
+}
+
+/// The flattening.
+pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> FlatteningReport {
+    FlatteningReport {
+        method: match options.flattening.method {
+            FlatteningMethod::Cader => "cader".to_owned(),
+        },
+        domain: match options.flattening.domain {
+            FlatteningDomain::Base => "base".to_owned(),
+            FlatteningDomain::Trimmed => "trimmed".to_owned(),
+        },
+        seed: laid.seed,
+        levels: laid.levels.len() as u64,
+        averaged_points: laid.averaged,
+        flattened: laid.flattened,
+        flips: flips(mesh, &laid.flat),
+        overlaps: None,
+    }
+}
+
+/// Principal strains of each triangle, percent; NaN where there are none.
+pub(super) fn strains(mesh: &Mesh, flat: &[DVec2]) -> Vec<[f64; 2]> {
+    distortion::strains(mesh, flat)
+        .into_iter()
+        .map(|strain| strain.map_or([f64::NAN; 2], distortion::TriangleStrain::percent))
+        .collect()
+}
+
+/// Triangles of the plane that are not anticlockwise, exactly; those that were not reached do not count. Readings that do
+/// not test every triangle may leave some behind.
+fn flips(mesh: &Mesh, flat: &[DVec2]) -> u64 {
+    let coordinates = |v: u32| robust::Coord { x: flat[v as usize].x, y: flat[v as usize].y };
+    let flipped = |t: &&[u32; 3]| {
+        let [a, b, c] = t.map(coordinates);
+        [a, b, c].iter().all(|p| p.x.is_finite() && p.y.is_finite()) && robust::orient2d(a, b, c) <= 0.0
+    };
+    mesh.triangles.iter().filter(flipped).count() as u64
+}
