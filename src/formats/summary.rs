@@ -6,6 +6,7 @@ use super::surface_json::ReadSurface;
 use super::units::Units;
 use crate::engine::error::Place;
 use crate::engine::nurbs::KnotVector;
+use crate::engine::pipeline::survey;
 use crate::engine::trimming::{Side, TrimWarning};
 
 /// The kind of a surface.
@@ -45,7 +46,7 @@ pub struct Summary {
     pub units: Units,
     /// The show side.
     pub side: Side,
-    /// Least and greatest corner.
+    /// Least and greatest corner of the part, by sampling.
     pub bounding_box_mm: [[f64; 3]; 2],
     /// Length of the box's diagonal.
     pub diagonal_mm: f64,
@@ -77,8 +78,16 @@ pub struct Summary {
 pub fn summarise(read: &ReadSurface) -> Summary {
     let surface = &read.trimmed.surface;
     let (u, v) = (surface.knots_u(), surface.knots_v());
-    let low = surface.control().iter().copied().reduce(glam::DVec3::min).unwrap_or_default();
-    let high = surface.control().iter().copied().reduce(glam::DVec3::max).unwrap_or_default();
+    let mut warnings: Vec<_> = read.checked.warnings().iter().map(SurfaceWarning::from).collect();
+    let survey = survey(&read.trimmed, &read.checked);
+    let ([low, high], area_mm2) = match &survey {
+        Ok(survey) => (survey.bounding_box, Some(survey.area)),
+        Err(error) => {
+            let detail = format!("the part could not be measured, so the box is that of the control net: {error}");
+            warnings.push(SurfaceWarning { code: "not-measured".to_owned(), detail, place: None });
+            (surface.bounding_box(), None)
+        }
+    };
     Summary {
         name: read.name.clone(),
         kind: SurfaceKind::TrimmedSurface,
@@ -86,7 +95,7 @@ pub fn summarise(read: &ReadSurface) -> Summary {
         side: read.trimmed.side,
         bounding_box_mm: [low.to_array(), high.to_array()],
         diagonal_mm: low.distance(high),
-        area_mm2: None,
+        area_mm2,
         degrees: [u.degree(), v.degree()],
         control_points: [u.control_count(), v.control_count()],
         knot_spans: [spans(u), spans(v)],
@@ -94,7 +103,7 @@ pub fn summarise(read: &ReadSurface) -> Summary {
         rational: surface.weights().is_some(),
         loops: read.trimmed.loops.len(),
         curves: read.trimmed.loops.iter().map(|l| l.curves.len()).sum(),
-        warnings: read.checked.warnings().iter().map(SurfaceWarning::from).collect(),
+        warnings,
         inferred: read.inferred.clone(),
     }
 }

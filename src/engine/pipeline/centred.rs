@@ -7,7 +7,7 @@ use crate::engine::distortion::{DistortionMeasures, Report};
 use crate::engine::error::{EngineError, Place};
 use crate::engine::flattening::FlatteningError;
 use crate::engine::triangulation::TriangulationError;
-use crate::engine::trimming::{TrimWarning, TrimmedSurface, TrimmingError};
+use crate::engine::trimming::{TrimmedSurface, TrimmingError};
 
 /// A surface whose net is centred at the origin.
 pub(super) struct Centred {
@@ -41,7 +41,7 @@ impl Centred {
     /// The failure where the surface really is.
     pub(super) fn failure_back(&self, mut failure: Failure) -> Failure {
         match &mut failure.error {
-            EngineError::Trimming(error) => self.shift_trimming(error),
+            EngineError::Trimming(error) => self.trimming_back(error),
             EngineError::Triangulation(TriangulationError::Polygon { place }) => self.place_back(place),
             EngineError::Flattening(error) => self.flattening_back(error),
             _ => {}
@@ -72,19 +72,7 @@ impl Centred {
         }
     }
 
-    /// A fault of a loop where it really is.
-    pub(super) fn trimming_back(&self, mut error: TrimmingError) -> TrimmingError {
-        self.shift_trimming(&mut error);
-        error
-    }
-
-    /// A warning where it really belongs.
-    pub(super) fn warning_back(&self, mut warning: TrimWarning) -> TrimWarning {
-        self.place_back(&mut warning.place);
-        warning
-    }
-
-    fn shift_trimming(&self, error: &mut TrimmingError) {
+    fn trimming_back(&self, error: &mut TrimmingError) {
         if let Some(place) = error.place_mut() {
             self.place_back(place);
         }

@@ -199,12 +199,12 @@ fn parameters_that_contradict_each_other_are_refused() {
 #[test]
 fn a_survey_measures_the_part_and_not_the_base() {
     let surface = with_a_hole(cylinder(10.0, 30.0).translated(DVec3::splat(500.0)));
-    let found = survey(&surface).unwrap();
+    let found = survey(&surface, &surface.check().unwrap()).unwrap();
     let d = surface.surface.domain();
     let share = (0.6 * 0.6 - 0.1 * 0.2) * 2.0 * PI * 10.0 * 30.0;
     assert!(d.u[1] > d.u[0]);
     // The domain's angle is not proportional to the arc, so the share is only roughly that of the domain.
-    assert!(found.area.unwrap() > 0.7 * share && found.area.unwrap() < 1.3 * share, "{found:?}");
+    assert!(found.area > 0.7 * share && found.area < 1.3 * share, "{found:?}");
     assert!(found.bounding_box[0].min_element() > 480.0 && found.diagonal < 40.0);
 }
 
