@@ -22,7 +22,7 @@ use super::chord::{CORNER_ANGLE, Chords, Metric};
 use super::crossing::{Crossing, Encounter, Outline, TOUCH, Verdict, cross_free, encounter};
 use super::mend::{Findings, Frame, mend};
 use super::nesting::{Ring, nest};
-use super::pieces::Pieces;
+use super::pieces::{Pieces, Run};
 use super::weld::{Touch, weld};
 use super::{TrimShape, TrimmedSurface, TrimmingError};
 
@@ -235,19 +235,22 @@ fn mark_corners(frame: &Frame<'_>, trims: &mut CheckedTrims) {
         for c in 0..count {
             let before = &trims.loops[l].curves[if c == 0 { count - 1 } else { c - 1 }];
             let here = &trims.loops[l].curves[c];
-            let (arrives, end) = walk_end(trims, before, true);
-            let (leaves, start) = walk_end(trims, here, false);
-            let corner =
-                end != start || metric.turn(start, arrives, leaves, frame.size).is_none_or(|a| a > CORNER_ANGLE);
+            let (arrives, end, run) = walk_end(trims, before, true);
+            let (leaves, start, next) = walk_end(trims, here, false);
+            let corner = match (run, next) {
+                // A line of constant u and one of constant v always form a corner.
+                (Run::ConstantU, Run::ConstantV) | (Run::ConstantV, Run::ConstantU) => true,
+                _ => end != start || metric.turn(start, arrives, leaves, frame.size).is_none_or(|a| a > CORNER_ANGLE),
+            };
             trims.loops[l].curves[c].corner_at_start = corner;
         }
     }
 }
 
-/// Direction of walking at a curve's end (or start) and the point there.
-fn walk_end(trims: &CheckedTrims, curve: &CheckedCurve, end: bool) -> (DVec2, DVec2) {
+/// Direction of walking at a curve's end (or start), the point there, and how the piece there runs.
+fn walk_end(trims: &CheckedTrims, curve: &CheckedCurve, end: bool) -> (DVec2, DVec2, Run) {
     let last = end != curve.backwards();
     let piece = &trims.pieces.list[if last { curve.pieces.end - 1 } else { curve.pieces.start }];
     let along = trims.pieces.tangent(piece, last);
-    (if curve.backwards() { -along } else { along }, piece.ends[usize::from(last)])
+    (if curve.backwards() { -along } else { along }, piece.ends[usize::from(last)], piece.run)
 }

@@ -42,6 +42,10 @@ const PROBES: usize = 2;
 /// The most probes on one piece before it is cut.
 const MAX_PROBES: usize = 64;
 
+/// A piece whose bound from its ends alone is below this part of the tolerance is not probed. Most pieces of splines
+/// with many are; the bound is not quite one, so half of the tolerance is left for that.
+const HERMITE_SHARE: f64 = 0.5;
+
 /// More parts than the probes ask for, relatively: a part that is just too long is cut in two, which costs more.
 const PARTS_MARGIN: f64 = 0.03;
 
@@ -133,20 +137,43 @@ struct Sample {
 }
 
 impl Sample {
+    /// A point whose image is not asked for (yet).
+    const fn bare(t: f64, uv: DVec2) -> Self {
+        Self { t, uv, point: DVec3::NAN, su: DVec3::ZERO, sv: DVec3::ZERO }
+    }
+
+    const fn is_bare(&self) -> bool {
+        self.point.x.is_nan()
+    }
+
     /// How far this point is from the segment between two others, by either of the two measures.
     fn deviation(&self, a: &Self, b: &Self, flat: bool) -> f64 {
-        let squared = |d: DVec3, e: DVec3| {
-            let length = e.length_squared();
-            let along = if length > 0.0 { (d.dot(e) / length).clamp(0.0, 1.0) } else { 0.0 };
-            (d - e * along).length_squared()
-        };
-        let space = squared(self.point - a.point, b.point - a.point);
+        let space = off_segment(self.point - a.point, b.point - a.point);
         if flat {
             return space.sqrt();
         }
         let map = |d: DVec2| self.su * d.x + self.sv * d.y;
-        space.max(squared(map(self.uv - a.uv), map(b.uv - a.uv))).sqrt()
+        space.max(off_segment(map(self.uv - a.uv), map(b.uv - a.uv))).sqrt()
     }
+}
+
+/// The squared distance of `d` from the segment from the origin to `e`.
+fn off_segment(d: DVec3, e: DVec3) -> f64 {
+    let length = e.length_squared();
+    let along = if length > 0.0 { (d.dot(e) / length).clamp(0.0, 1.0) } else { 0.0 };
+    (d - e * along).length_squared()
+}
+
+/// A point of a curve's polyline before pieces are joined.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    at: Sample,
+    /// Deviation of the segment that ends here.
+    deviation: f64,
+    /// True where the polyline must not be straightened.
+    kept: bool,
+    /// How the piece that ends here runs, when it is straight.
+    run: Option<Run>,
 }
 
 /// Makes polylines of the loops of `trims`. Scratch space is kept from one curve to the next.
@@ -156,8 +183,8 @@ pub(super) struct Chords<'a> {
     tolerance: f64,
     /// Segments of one piece that are still to be tried: own parameter of the end, the sample there, cuts so far.
     open: Vec<(f64, Sample, u32)>,
-    /// The curve's points with the deviation of the segment that ends there, and whether it must stay.
-    line: Vec<(Sample, f64, bool)>,
+    /// The curve's points.
+    line: Vec<Step>,
     /// The segment that is tried, its ends included.
     probes: Vec<Sample>,
     /// How much each inner probe's neighbourhood bends, in parts of the segment to come.
@@ -176,22 +203,21 @@ impl<'a> Chords<'a> {
         let backwards = curve.backwards();
         let range = curve.pieces.clone();
         let count = range.len();
+        let nth = |step: usize| &trims.pieces.list[if backwards { range.end - 1 - step } else { range.start + step }];
+        let first = nth(0);
+        let (t, uv) = if backwards { (first.t[1], first.ends[1]) } else { (first.t[0], first.ends[0]) };
         self.line.clear();
+        self.line.push(Step { at: Sample::bare(t, uv), deviation: 0.0, kept: true, run: None });
         for step in 0..count {
-            let piece = &trims.pieces.list[if backwards { range.end - 1 - step } else { range.start + step }];
-            if self.line.is_empty() {
-                let (t, uv) = if backwards { (piece.t[1], piece.ends[1]) } else { (piece.t[0], piece.ends[0]) };
-                let start = self.metric.sample(t, uv, uv);
-                self.line.push((start, 0.0, true));
-            }
+            let piece = nth(step);
             self.piece(piece, backwards);
             if out.len() + self.line.len() > limit {
                 return false;
             }
-            let next = (step + 1 < count)
-                .then(|| &trims.pieces.list[if backwards { range.end - 2 - step } else { range.start + step + 1 }]);
-            if let (Some(next), Some(last)) = (next, self.line.last_mut()) {
-                last.2 = is_kink(trims, &self.metric, piece, next, backwards);
+            if step + 1 < count
+                && let Some(last) = self.line.last_mut()
+            {
+                last.kept = is_kink(trims, &self.metric, piece, nth(step + 1), backwards);
             }
         }
         self.emit(curve, place, out);
@@ -200,22 +226,36 @@ impl<'a> Chords<'a> {
 
     /// Appends the points of one piece, its start left out.
     fn piece(&mut self, piece: &Piece, backwards: bool) {
-        let Some(&(mut from, ..)) = self.line.last() else { return };
-        let origin = self.line[0].0.uv;
+        let origin = self.line[0].at.uv;
         let (trims, flat) = (self.trims, self.metric.keeps_lines());
-        let sample = |metric: &Metric<'_>, s: f64| {
-            // By way of the curve's parameter, so that it gives the same point again, bit for bit.
-            let t = piece.parameter(if backwards { 1.0 - s } else { s });
-            metric.sample(t, trims.evaluate(piece, piece.own(t)), origin)
-        };
+        let far = usize::from(!backwards);
         let straight = match piece.run {
             Run::ConstantU | Run::ConstantV => true,
             Run::Line => flat,
             Run::Curved => false,
         };
-        let end = sample(&self.metric, 1.0);
         if straight {
-            self.line.push((end, 0.0, false));
+            let at = Sample::bare(piece.t[far], piece.ends[far]);
+            self.line.push(Step { at, deviation: 0.0, kept: false, run: Some(piece.run) });
+            return;
+        }
+        let sample = |metric: &Metric<'_>, s: f64| {
+            // By way of the curve's parameter, so that it gives the same point again, bit for bit.
+            let t = piece.parameter(if backwards { 1.0 - s } else { s });
+            metric.sample(t, trims.evaluate(piece, piece.own(t)), origin)
+        };
+        let Some(last) = self.line.last_mut() else { return };
+        if last.at.is_bare() {
+            last.at = self.metric.sample(last.at.t, last.at.uv, origin);
+        }
+        let mut from = last.at;
+        let end = sample(&self.metric, 1.0);
+        let whole = Step { at: end, deviation: 0.0, kept: false, run: None };
+        if let Some(bound) = self.hermite_bound(piece, &from, &end, backwards)
+            && bound <= HERMITE_SHARE * self.tolerance
+            && bound <= SAGITTA_SHARE * from.point.distance(end.point)
+        {
+            self.line.push(Step { deviation: bound, ..whole });
             return;
         }
         let mut at = 0.0;
@@ -228,7 +268,7 @@ impl<'a> Chords<'a> {
             let too_far = worst > self.tolerance && cuts < MAX_CUTS;
             let too_round = worst > SAGITTA_SHARE * chord && cuts < MAX_TURN_CUTS;
             if !too_far && !too_round {
-                self.line.push((end, worst, false));
+                self.line.push(Step { at: end, deviation: worst, ..whole });
                 (at, from) = (to, end);
                 continue;
             }
@@ -244,6 +284,33 @@ impl<'a> Chords<'a> {
                 self.open.push((s, sample(&self.metric, s), cuts + 1));
             }
         }
+    }
+
+    /// How far a short, simple piece is from its chord at most, from its ends and tangents alone: it is all but the cubic
+    /// with these (Hermite's), whose control points bound it by 3/4 of their own distance. `None` where the piece, or the
+    /// surface below it, may have waves that its ends do not show.
+    fn hermite_bound(&self, piece: &Piece, from: &Sample, end: &Sample, backwards: bool) -> Option<f64> {
+        let Metric::Curved(surface) = self.metric else { return None };
+        if piece.degree() > 3 || !within_quarter_span(surface, piece) {
+            return None;
+        }
+        let mut d = self.trims.pieces.end_derivatives(piece);
+        if backwards {
+            d = [-d[1], -d[0]];
+        }
+        let chord = end.point - from.point;
+        let reach = |s: &Sample, d: DVec2, other: DVec2| {
+            let map = |d: DVec2| s.su * d.x + s.sv * d.y;
+            let step = map(d) / 3.0;
+            off_segment(step, chord).max(off_segment(step, map(other)))
+        };
+        let span = end.uv - from.uv;
+        let first = reach(from, d[0], span);
+        // At the end all is seen from there, backwards.
+        let map = |d: DVec2| end.su * d.x + end.sv * d.y;
+        let step = -map(d[1]) / 3.0;
+        let last = off_segment(step, -chord).max(off_segment(step, -map(span)));
+        Some(0.75 * first.max(last).sqrt())
     }
 
     /// Samples a segment at `count` inner places and gives the deviation of the curve from the chord.
@@ -303,32 +370,47 @@ impl<'a> Chords<'a> {
 
     /// Joins what may be joined and appends the points.
     fn emit(&self, curve: &CheckedCurve, place: u32, out: &mut Vec<ChordPoint>) {
-        let flat = self.metric.keeps_lines();
         let line = &self.line;
+        // Inner points of one piece are as far apart as they can be: only pieces can be joined.
+        let joins = curve.pieces.len() > 1 && !curve.polyline;
         let mut i = 0;
         while i + 1 < line.len() {
-            let (mut j, mut deviation) = (i + 1, line[i + 1].1);
-            // Inner points of one piece are as far apart as they can be: only pieces can be joined.
-            while curve.pieces.len() > 1 && !curve.polyline && j + 1 < line.len() && j - i < MAX_JOINED && !line[j].2 {
-                let (a, b) = (&line[i].0, &line[j + 1].0);
-                let inner = line[i + 1..=j + 1].iter().map(|l| l.1).fold(0.0, f64::max);
-                let off = line[i + 1..=j].iter().map(|l| l.0.deviation(a, b, flat)).fold(0.0, f64::max);
-                let most = self.tolerance.min(SAGITTA_SHARE * a.point.distance(b.point));
-                if off + inner > most && off + inner > 0.0 {
-                    break;
-                }
-                (j, deviation) = (j + 1, off + inner);
+            let (mut j, mut deviation) = (i + 1, line[i + 1].deviation);
+            while joins && j + 1 < line.len() && j - i < MAX_JOINED && !line[j].kept {
+                let Some(joined) = self.joined(i, j + 1) else { break };
+                (j, deviation) = (j + 1, joined);
             }
-            let (from, _, kink) = &line[i];
+            let from = &line[i];
             out.push(ChordPoint {
-                uv: from.uv,
+                uv: from.at.uv,
                 place,
-                t: [from.t, line[j].0.t],
+                t: [from.at.t, line[j].at.t],
                 deviation,
-                corner: if i == 0 { curve.corner_at_start } else { *kink || curve.polyline },
+                corner: if i == 0 { curve.corner_at_start } else { from.kept || curve.polyline },
             });
             i = j;
         }
+    }
+
+    /// The deviation of one segment from step `i` to step `k` of the line in place of those between, if it is good.
+    fn joined(&self, i: usize, k: usize) -> Option<f64> {
+        let (a, b) = (&self.line[i].at, &self.line[k].at);
+        let inner = &self.line[i + 1..k];
+        let run = self.line[k].run;
+        if let Some(Run::ConstantU | Run::ConstantV) = run {
+            // Along one line, and never back: the middle ones lie between the ends.
+            let between = |p: DVec2| p.cmpge(a.uv.min(b.uv)).all() && p.cmple(a.uv.max(b.uv)).all();
+            let along = inner.iter().all(|s| s.run == run && between(s.at.uv));
+            return along.then_some(0.0);
+        }
+        if a.is_bare() || b.is_bare() || inner.iter().any(|s| s.at.is_bare()) {
+            return None;
+        }
+        let flat = self.metric.keeps_lines();
+        let most = self.tolerance.min(SAGITTA_SHARE * a.point.distance(b.point));
+        let was = inner.iter().map(|s| s.deviation).fold(self.line[k].deviation, f64::max);
+        let off = inner.iter().map(|s| s.at.deviation(a, b, flat)).fold(0.0, f64::max);
+        (was + off <= most).then_some(was + off)
     }
 }
 
@@ -359,4 +441,14 @@ fn first_probes(metric: &Metric<'_>, piece: &Piece) -> usize {
         }
     };
     (1 + (piece.degree() + spans).next_multiple_of(2)).min(MAX_PROBES)
+}
+
+/// Whether a piece stays within a quarter of one span of the surface, in u and in v.
+fn within_quarter_span(surface: &Surface, piece: &Piece) -> bool {
+    let [a, b] = piece.ends;
+    [(surface.knots_u(), a.x, b.x), (surface.knots_v(), a.y, b.y)].into_iter().all(|(knots, a, b)| {
+        let span = knots.span(a);
+        let [low, high] = [knots.knots()[span], knots.knots()[span + 1]];
+        (low..=high).contains(&b) && 4.0 * (a - b).abs() <= high - low
+    })
 }

@@ -177,6 +177,18 @@ impl Pieces {
         }
     }
 
+    /// Derivatives of a sealed piece at its start and end with respect to its own parameter.
+    pub(super) fn end_derivatives(&self, piece: &Piece) -> [DVec2; 2] {
+        let control = &self.control[piece.control()];
+        let n = piece.degree;
+        let from = |end: DVec2, at: DVec3, next: DVec3| {
+            let (place, weight) =
+                if piece.rational { (next.truncate() / next.z, next.z / at.z) } else { (next.truncate(), 1.0) };
+            (place - end) * (n as f64 * weight)
+        };
+        [from(piece.ends[0], control[0], control[1]), -from(piece.ends[1], control[n], control[n - 1])]
+    }
+
     /// Direction of a sealed piece at its start (`end` false) or end, in the direction of its parameter; not a unit
     /// vector, zero only when all control points coincide.
     pub(super) fn tangent(&self, piece: &Piece, end: bool) -> DVec2 {

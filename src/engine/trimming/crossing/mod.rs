@@ -92,6 +92,9 @@ pub(super) fn cross_free(
             }
             let neighbours = outline.next(i) == j || outline.next(j) == i;
             let unclear = coarse(i) || coarse(j);
+            if unclear && clearance.is_some() && !neighbours && keeps_clear(outline, i, j, size) {
+                return true;
+            }
             if neighbours {
                 if unclear && clearance.is_some() && is_sharp(outline, i, j) {
                     halve[i] |= coarse(i);
@@ -157,14 +160,24 @@ fn touch(outline: &Outline, i: usize, j: usize, found: Cross, size: DVec2) -> Op
 /// Boxes around the curves that segments stand for.
 fn boxes(outline: &Outline, size: DVec2) -> Vec<Box2> {
     let mut boxes = Vec::with_capacity(outline.points.len());
-    for (_, range) in &outline.loops {
-        for i in range.clone() {
-            let (a, b) = (outline.points[i], outline.points[Outline::next_in(range, i)].uv);
-            let margin = size * (a.deviation * DEVIATION_MARGIN);
-            boxes.push([a.uv.min(b) - margin, a.uv.max(b) + margin]);
-        }
+    for (i, p) in outline.points.iter().enumerate() {
+        let [a, b] = outline.segment(i);
+        let margin = size * (p.deviation * DEVIATION_MARGIN);
+        boxes.push([a.min(b) - margin, a.max(b) + margin]);
     }
     boxes
+}
+
+/// Whether one of two segments lies on one side of the line of the other, farther than their curves deviate.
+fn keeps_clear(outline: &Outline, i: usize, j: usize, size: DVec2) -> bool {
+    let ([a, b], [c, d]) = (outline.segment(i).map(|p| p / size), outline.segment(j).map(|p| p / size));
+    let margin = (outline.points[i].deviation + outline.points[j].deviation) * DEVIATION_MARGIN;
+    let beside = |a: DVec2, b: DVec2, c: DVec2, d: DVec2| {
+        let e = b - a;
+        let (c, d, margin) = (e.perp_dot(c - a), e.perp_dot(d - a), margin * e.length());
+        (c > margin && d > margin) || (c < -margin && d < -margin)
+    };
+    beside(a, b, c, d) || beside(c, d, a, b)
 }
 
 /// Whether two neighbouring segments form an angle so sharp that the curves may meet again beside their common point.
@@ -175,7 +188,8 @@ fn is_sharp(outline: &Outline, i: usize, j: usize) -> bool {
     let [a, p] = outline.segment(ends[0]);
     let q = outline.segment(ends[1])[1];
     let (back, on) = (a - p, q - p);
-    back.dot(on) > SHARP * back.length() * on.length()
+    let along = back.dot(on);
+    along > 0.0 && along > SHARP * back.length() * on.length()
 }
 
 fn crossing(outline: &Outline, i: usize, j: usize, uv: DVec2) -> Crossing {

@@ -19,6 +19,8 @@ pub(in crate::engine::trimming) struct Outline {
     pub(in crate::engine::trimming) points: Vec<ChordPoint>,
     /// Where each loop's points are, with the loop's index in the file. In ascending order without gaps.
     pub(in crate::engine::trimming) loops: Vec<(usize, Range<usize>)>,
+    /// The points before and after each point of a closed loop.
+    links: Vec<[u32; 2]>,
 }
 
 impl Outline {
@@ -27,24 +29,14 @@ impl Outline {
         self.loops.partition_point(|l| l.1.end <= point)
     }
 
-    /// The point after a point of the loop that covers `range`.
-    pub(in crate::engine::trimming) const fn next_in(range: &Range<usize>, point: usize) -> usize {
-        if point + 1 == range.end { range.start } else { point + 1 }
+    /// The point after a point of a closed loop.
+    pub(in crate::engine::trimming) fn next(&self, point: usize) -> usize {
+        self.links[point][1] as usize
     }
 
     /// The point before it.
-    pub(in crate::engine::trimming) const fn before_in(range: &Range<usize>, point: usize) -> usize {
-        if point == range.start { range.end - 1 } else { point - 1 }
-    }
-
-    /// The point after a point.
-    pub(in crate::engine::trimming) fn next(&self, point: usize) -> usize {
-        Self::next_in(&self.loops[self.owner(point)].1, point)
-    }
-
-    /// The point before a point.
     pub(in crate::engine::trimming) fn before(&self, point: usize) -> usize {
-        Self::before_in(&self.loops[self.owner(point)].1, point)
+        self.links[point][0] as usize
     }
 
     /// Ends of segment `i`.
@@ -74,6 +66,10 @@ impl Outline {
         self.points.truncate(if whole { kept } else { start });
         if whole {
             self.loops.push((index, start..kept));
+            let (first, last) = (start as u32, kept as u32 - 1);
+            self.links.extend(
+                (first..=last).map(|i| [if i == first { last } else { i - 1 }, if i == last { first } else { i + 1 }]),
+            );
         }
         whole
     }
