@@ -23,7 +23,7 @@ pub fn part_box(surface: &Surface, region: &TrimRegion) -> [DVec3; 2] {
         high = high.max(p);
     };
     let mut bounds = [DVec2::INFINITY, DVec2::NEG_INFINITY];
-    for [a, b] in region.loops.iter().flat_map(|l| l.segments()) {
+    for [a, b] in region.loops.iter().flat_map(super::BoundaryLoop::segments) {
         bounds = [bounds[0].min(a), bounds[1].max(a)];
         let steps = if a.x == b.x || a.y == b.y { ALONG } else { 1 };
         for i in 0..steps {
@@ -34,7 +34,7 @@ pub fn part_box(surface: &Surface, region: &TrimRegion) -> [DVec3; 2] {
     for row in 0..ACROSS {
         let v = bounds[0].y + (bounds[1].y - bounds[0].y) * (row as f64 + 0.5) / ACROSS as f64;
         crossings.clear();
-        for [a, b] in region.loops.iter().flat_map(|l| l.segments()) {
+        for [a, b] in region.loops.iter().flat_map(super::BoundaryLoop::segments) {
             if (a.y > v) != (b.y > v) {
                 crossings.push(a.x + (b.x - a.x) * (v - a.y) / (b.y - a.y));
             }
