@@ -433,7 +433,7 @@ proptest! {
 
     #[test]
     fn the_pattern_does_not_depend_on_how_the_flattening_lies(
-        angle in 0.0..6.28_f64, x in -1e3..1e3_f64, y in -1e3..1e3_f64, reversed in any::<bool>(),
+        angle in 0.0..2.0 * PI, x in -1e3..1e3_f64, y in -1e3..1e3_f64, reversed in any::<bool>(),
     ) {
         let mut part = f_on_a_plane();
         part.side = if reversed { Side::Reversed } else { Side::Normal };
@@ -464,6 +464,8 @@ proptest! {
             if snap { (p * 8.0).round() / 8.0 } else { p }
         };
         let points: Vec<DVec2> = (0..count).map(corner).collect();
+        // Snapping may fold a corner into a spike, which encloses nothing.
+        prop_assume!((0..count).all(|k| !points[..k].contains(&points[k])));
         let trimmed = TrimmedSurface {
             surface: plane(1.0, 1.0), loops: vec![polyline(points.iter().copied())], side: Side::Normal,
         };
