@@ -21,7 +21,7 @@ mod trimmed_surface;
 mod weld;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use checked::{CheckedCurve, CheckedLoop, CheckedTrims};
 pub use error::{TrimWarning, TrimmingError};
