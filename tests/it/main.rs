@@ -5,7 +5,9 @@
 mod formats_parts;
 mod support;
 
+mod api_calls;
 mod architecture;
+mod contract;
 mod queue_bounds;
 mod queue_crashes;
 mod queue_drain;

@@ -74,7 +74,7 @@ fn triangulation(options: &JobOptions, faults: &mut Vec<Fault>) {
 }
 
 /// Triangles of a whole grid.
-fn grid_triangles([m, n]: [u32; 2]) -> u64 {
+pub(super) fn grid_triangles([m, n]: [u32; 2]) -> u64 {
     2 * u64::from(m.saturating_sub(1)) * u64::from(n.saturating_sub(1))
 }
 
@@ -165,7 +165,9 @@ mod tests {
     use super::*;
 
     fn pointers(job: Value) -> Vec<String> {
-        let options = super::super::read(job).unwrap().options;
+        let (request, faults) = super::super::read(job);
+        assert!(faults.is_empty(), "{faults:?}");
+        let options = request.options;
         let domain = Domain { u: [0.0, 2.0], v: [-1.0, 1.0] };
         check(&options, Some(domain)).into_iter().map(|f| f.pointer).collect()
     }

@@ -4,6 +4,7 @@
 //! job or has the wrong type; [`check`] finds values that have no meaning, alone, together, or on this surface.
 
 mod checks;
+mod cost;
 mod labels;
 mod reading;
 mod set;
@@ -14,6 +15,7 @@ use crate::engine::job::{JobKind, JobOptions, Labels};
 use crate::formats::faults::Fault;
 
 pub use checks::{GRID_POINTS, MAX_TRIANGLES, check};
+pub use cost::cost;
 pub use set::assign;
 
 /// Default chord tolerance, as a fraction of the part's diagonal.
@@ -32,21 +34,21 @@ pub struct JobRequest {
     pub options: JobOptions,
 }
 
-/// Reads a job from JSON.
-///
-/// # Errors
-/// Every fault: parameters that do not exist, and values of the wrong type.
-pub fn read(value: Value) -> Result<JobRequest, Vec<Fault>> {
-    let Value::Object(mut object) = value else {
-        return Err(vec![fault("", "a job is a JSON object, such as { \"kind\": \"flatten\", \"surface\": \"…\" }")]);
-    };
+/// Reads a job from JSON: what could be read of it, and every fault: parameters that do not exist, and values of the
+/// wrong type. What has a fault is left at its default.
+#[must_use]
+pub fn read(value: Value) -> (JobRequest, Vec<Fault>) {
     let mut faults = Vec::new();
-    let kind = object.remove("kind").and_then(|value| match serde_json::from_value(value) {
-        Ok(kind) => Some(kind),
-        Err(error) => {
-            faults.push(fault("/kind", format!("{error}")));
-            None
+    let Value::Object(mut object) = value else {
+        faults.push(fault("", "a job is a JSON object, such as { \"kind\": \"flatten\", \"surface\": \"…\" }"));
+        return (JobRequest::default(), faults);
+    };
+    let kind = object.remove("kind").and_then(|value| {
+        let kind = serde_json::from_value(value).ok();
+        if kind.is_none() {
+            faults.push(fault("/kind", "the kind of work is \"triangulate\" or \"flatten\""));
         }
+        kind
     });
     let surface = match object.remove("surface") {
         None => None,
@@ -57,11 +59,8 @@ pub fn read(value: Value) -> Result<JobRequest, Vec<Fault>> {
         }
     };
     let labels = object.remove("labels").map_or_else(Labels::new, |value| labels::read(value, &mut faults));
-    let options = reading::options(Value::Object(object), &mut faults);
-    match options {
-        Some(options) if faults.is_empty() => Ok(JobRequest { kind, surface, labels, options }),
-        _ => Err(faults),
-    }
+    let options = reading::options(Value::Object(object), &mut faults).unwrap_or_default();
+    (JobRequest { kind, surface, labels, options }, faults)
 }
 
 /// The options as a job's document shows them: with the defaults that were taken.
@@ -96,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_job_in_full_is_read() {
-        let job = read(json!({
+        let (job, faults) = read(json!({
             "kind": "flatten", "surface": "3f9c",
             "triangulation": { "method": "tracing", "grid": [60, 60], "configuration": "regular" },
             "flattening": {
@@ -104,8 +103,8 @@ mod tests {
                 "readings": { "order": "index", "parent": "first", "anchor": "end", "average": "pair", "check": "incident" }
             },
             "labels": { "part_number": "4711-A", "order": "2231" }
-        }))
-        .unwrap();
+        }));
+        assert!(faults.is_empty(), "{faults:?}");
         assert_eq!(job.kind, Some(JobKind::Flatten));
         assert_eq!(job.surface.as_deref(), Some("3f9c"));
         assert_eq!(job.options.triangulation.grid, Some([60, 60]));
@@ -114,14 +113,13 @@ mod tests {
 
     #[test]
     fn all_faults_are_found_at_once() {
-        let faults = read(json!({
+        let (_, faults) = read(json!({
             "kind": "fold", "surface": 3,
             "labels": { "a": 1 },
             "triangulation": { "grid": [60], "foo": { "x": 1 }, "phase": "no" },
             "flattening": { "sed": "centre", "readings": { "order": "up", "parent": "first" } },
             "colour": "red"
-        }))
-        .unwrap_err();
+        }));
         let mut pointers: Vec<_> = faults.iter().map(|f| f.pointer.as_str()).collect();
         pointers.sort_unstable();
         assert_eq!(
@@ -145,7 +143,7 @@ mod tests {
         let shown = with_defaults(&JobOptions::default());
         assert_eq!(shown["triangulation"]["tolerance"]["chord_relative"], 0.001);
         assert_eq!(shown["flattening"]["readings"]["average"], "pair");
-        let gridded = read(json!({ "triangulation": { "grid": [4, 4] } })).unwrap();
+        let (gridded, _) = read(json!({ "triangulation": { "grid": [4, 4] } }));
         assert!(with_defaults(&gridded.options)["triangulation"].get("tolerance").is_none());
     }
 }

@@ -12,9 +12,10 @@ const MAX_DEPTH: usize = 6;
 ///
 /// # Errors
 /// A fault when there is no `=`, the name is empty somewhere or too deep, or goes through something that is no object.
-pub fn assign(job: &mut Value, assignment: &str) -> Result<(), Fault> {
+pub fn assign(job: &mut Value, assignment: &str) -> Result<(), Box<Fault>> {
     let Some((name, text)) = assignment.split_once('=') else {
-        return Err(fault("", format!("`{assignment}` is not of the form NAME=VALUE, as in flattening.seed=centre")));
+        let detail = format!("`{assignment}` is not of the form NAME=VALUE, as in flattening.seed=centre");
+        return Err(Box::new(fault("", detail)));
     };
     let path: Vec<&str> = match name.split_once('.') {
         // The names of labels may hold dots themselves.
@@ -22,8 +23,9 @@ pub fn assign(job: &mut Value, assignment: &str) -> Result<(), Fault> {
         _ => name.split('.').collect(),
     };
     let pointer = || format!("/{}", path.join("/"));
+    let through = || Box::new(fault(pointer(), format!("`{name}` goes through a value that has no parts")));
     if path.len() > MAX_DEPTH || path.iter().any(|step| step.is_empty()) {
-        return Err(fault(pointer(), format!("`{name}` is not the name of a parameter")));
+        return Err(Box::new(fault(pointer(), format!("`{name}` is not the name of a parameter"))));
     }
     let value = if path[0] == "labels" {
         Value::from(text)
@@ -33,7 +35,7 @@ pub fn assign(job: &mut Value, assignment: &str) -> Result<(), Fault> {
     let mut at = job;
     for step in &path[..path.len() - 1] {
         let Value::Object(object) = at else {
-            return Err(fault(pointer(), format!("`{name}` goes through a value that has no parts")));
+            return Err(through());
         };
         at = object.entry(*step).or_insert_with(|| Value::Object(Map::new()));
     }
@@ -42,7 +44,7 @@ pub fn assign(job: &mut Value, assignment: &str) -> Result<(), Fault> {
             object.insert(path[path.len() - 1].to_owned(), value);
             Ok(())
         }
-        _ => Err(fault(pointer(), format!("`{name}` goes through a value that has no parts"))),
+        _ => Err(through()),
     }
 }
 
@@ -52,7 +54,7 @@ mod tests {
 
     use super::*;
 
-    fn assigned(assignments: &[&str]) -> Result<Value, Fault> {
+    fn assigned(assignments: &[&str]) -> Result<Value, Box<Fault>> {
         let mut job = json!({});
         assignments.iter().try_for_each(|a| assign(&mut job, a)).map(|()| job)
     }

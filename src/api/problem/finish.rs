@@ -18,18 +18,15 @@ pub async fn finish(request: Request, next: Next) -> Response {
     if !response.status().is_client_error() && !response.status().is_server_error() {
         return response;
     }
-    let problem = match response.extensions_mut().remove::<Arc<Problem>>() {
-        Some(problem) => problem,
-        None => {
-            let kind = Kind::of_status(response.status());
-            let detail = match kind {
-                Kind::NotFound => format!("There is nothing at {path}."),
-                Kind::MethodNotAllowed => format!("{path} does not know {method}."),
-                _ => kind.text().to_owned(),
-            };
-            Arc::new(Problem::new(kind, detail))
-        }
-    };
+    let problem = response.extensions_mut().remove::<Arc<Problem>>().unwrap_or_else(|| {
+        let kind = Kind::of_status(response.status());
+        let detail = match kind {
+            Kind::NotFound => format!("There is nothing at {path}."),
+            Kind::MethodNotAllowed => format!("{path} does not know {method}."),
+            _ => kind.text().to_owned(),
+        };
+        Arc::new(Problem::new(kind, detail))
+    });
     let (mut parts, _) = response.into_parts();
     parts.status = problem.kind().status();
     parts.headers.remove(header::CONTENT_LENGTH);

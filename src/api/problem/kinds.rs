@@ -64,7 +64,7 @@ kinds! {
     BodyTimeout: "body-timeout", REQUEST_TIMEOUT, "The body came too slowly",
         "The request body was not there in time. Send it again over a faster line.";
     SurfaceInUse: "surface-in-use", CONFLICT, "A job needs the surface",
-        "A surface can be deleted when no job that waits, runs or keeps results refers to it. Delete those jobs first.";
+        "A surface can be deleted when no job that waits or runs needs it. Wait for those jobs, or cancel them.";
     JobFinal: "job-final", CONFLICT, "The job has ended",
         "A job that has ended cannot be cancelled. It can be deleted.";
     JobNotEnded: "job-not-ended", CONFLICT, "The job has not ended",
@@ -81,6 +81,8 @@ kinds! {
          its place; `place` says where it is on the surface. Nothing was stored.";
     InvalidParameters: "invalid-parameters", UNPROCESSABLE_ENTITY, "The job's parameters have faults",
         "`errors` lists every fault with a JSON Pointer to the parameter. Nothing was stored.";
+    KeyReused: "key-reused", UNPROCESSABLE_ENTITY, "The idempotency key stands for another request",
+        "The same `Idempotency-Key` came with another body before. A key stands for one request; a new one needs a new key.";
     JobFailed: "job-failed", UNPROCESSABLE_ENTITY, "The job has failed",
         "The work was begun and could not be ended. `code` names the reason, `place` says where it happened, and \
          `remedies` lists what to try next, with the settings that do it.";

@@ -24,7 +24,10 @@ pub const MAX_FAULTS: usize = 200;
 
 /// What is wrong with a request, or with the service.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Problem {
+pub struct Problem(Box<Parts>);
+
+#[derive(Debug, Clone, PartialEq)]
+struct Parts {
     kind: Kind,
     detail: String,
     code: Option<String>,
@@ -38,7 +41,7 @@ impl Problem {
     /// A problem of a kind, with what is the matter in this case, in words a CAD user understands.
     #[must_use]
     pub fn new(kind: Kind, detail: impl Into<String>) -> Self {
-        Self {
+        Self(Box::new(Parts {
             kind,
             detail: detail.into(),
             code: None,
@@ -46,7 +49,7 @@ impl Problem {
             remedies: Vec::new(),
             errors: Vec::new(),
             headers: HeaderMap::new(),
-        }
+        }))
     }
 
     /// The same with all the faults that were found. Beyond [`MAX_FAULTS`] their number is given.
@@ -55,45 +58,45 @@ impl Problem {
         let found = faults.len();
         if found > MAX_FAULTS {
             faults.truncate(MAX_FAULTS);
-            self.detail = format!("{} The first {MAX_FAULTS} of {found} faults are listed.", self.detail);
+            self.0.detail = format!("{} The first {MAX_FAULTS} of {found} faults are listed.", self.0.detail);
         }
-        if self.place.is_none() {
-            self.place = faults.iter().find_map(|fault| fault.place.clone());
+        if self.0.place.is_none() {
+            self.0.place = faults.iter().find_map(|fault| fault.place.clone());
         }
-        self.errors = faults;
+        self.0.errors = faults;
         self
     }
 
     /// The same with what the engine says of its error: code, place, remedies.
     #[must_use]
     pub fn located(mut self, error: &dyn Located) -> Self {
-        self.code = Some(error.code().to_owned());
+        self.0.code = Some(error.code().to_owned());
         let place = error.place();
-        self.place = (place != Place::default()).then_some(place);
-        self.remedies = error.remedies();
+        self.0.place = (place != Place::default()).then_some(place);
+        self.0.remedies = error.remedies();
         self
     }
 
     /// The same with a code, place and remedies that were stored.
     #[must_use]
     pub fn stored(mut self, code: String, place: Option<Place>, remedies: Vec<Remedy>) -> Self {
-        self.code = Some(code);
-        self.place = place;
-        self.remedies = remedies;
+        self.0.code = Some(code);
+        self.0.place = place;
+        self.0.remedies = remedies;
         self
     }
 
     /// The same with something to try.
     #[must_use]
     pub fn with_remedy(mut self, remedy: Remedy) -> Self {
-        self.remedies.push(remedy);
+        self.0.remedies.push(remedy);
         self
     }
 
     /// The same with a header.
     #[must_use]
     pub fn with_header(mut self, name: HeaderName, value: HeaderValue) -> Self {
-        self.headers.insert(name, value);
+        self.0.headers.insert(name, value);
         self
     }
 
@@ -106,22 +109,22 @@ impl Problem {
     /// The kind.
     #[must_use]
     pub const fn kind(&self) -> Kind {
-        self.kind
+        self.0.kind
     }
 
     /// The document, about the resource at `instance`.
     #[must_use]
     pub fn document<'a>(&'a self, instance: &'a str) -> Document<'a> {
         Document {
-            kind: format!("/problems/{}", self.kind.slug()),
-            title: self.kind.title(),
-            status: self.kind.status().as_u16(),
-            detail: &self.detail,
+            kind: format!("/problems/{}", self.0.kind.slug()),
+            title: self.0.kind.title(),
+            status: self.0.kind.status().as_u16(),
+            detail: &self.0.detail,
             instance,
-            code: self.code.as_deref().unwrap_or(self.kind.slug()),
-            place: self.place.as_ref(),
-            remedies: &self.remedies,
-            errors: &self.errors,
+            code: self.0.code.as_deref().unwrap_or(self.0.kind.slug()),
+            place: self.0.place.as_ref(),
+            remedies: &self.0.remedies,
+            errors: &self.0.errors,
         }
     }
 }
@@ -146,8 +149,8 @@ pub struct Document<'a> {
 
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
-        let mut response = self.kind.status().into_response();
-        response.headers_mut().extend(self.headers.clone());
+        let mut response = self.0.kind.status().into_response();
+        response.headers_mut().extend(self.0.headers.clone());
         response.extensions_mut().insert(std::sync::Arc::new(self));
         response
     }

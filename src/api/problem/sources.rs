@@ -6,8 +6,11 @@ use axum::extract::rejection::{PathRejection, QueryRejection};
 use axum::response::{IntoResponse, Response};
 
 use super::{Kind, Problem};
+use crate::formats::faults::Fault;
+use crate::store::{EnqueueError, StoreError};
 
 /// The answer to a request whose handler panicked. The panic's own words go to the log, not to the client.
+#[expect(clippy::needless_pass_by_value, reason = "the signature that the layer calls")]
 pub fn panicked(panic: Box<dyn Any + Send + 'static>) -> Response {
     let words = panic
         .downcast_ref::<String>()
@@ -31,6 +34,58 @@ impl Problem {
         let text = error.to_string();
         let text = text.split(" at line ").next().unwrap_or(&text);
         Self::new(Kind::InvalidJson, format!("Line {}, column {}: {text}.", error.line(), error.column()))
+    }
+}
+
+/// What a client is told to wait when the database did not answer, seconds.
+const STORAGE_RETRY_S: u32 = 5;
+/// What a client is told to wait when the queue is full, seconds: some jobs end in that time.
+const QUEUE_RETRY_S: u32 = 10;
+
+impl From<StoreError> for Problem {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Busy => {
+                tracing::warn!(%error, "the database did not answer in time");
+                Self::new(Kind::StorageUnavailable, "The database did not answer in time.").retry_after(STORAGE_RETRY_S)
+            }
+            StoreError::Full => {
+                tracing::error!(%error, "there is no room left to write to");
+                Self::new(Kind::StorageFull, "There is no room left to keep what was sent. Nothing was stored.")
+            }
+            StoreError::Interrupted => {
+                Self::new(Kind::Draining, "The service is shutting down.").retry_after(STORAGE_RETRY_S)
+            }
+            error => {
+                tracing::error!(%error, "the store failed: {error}");
+                Self::internal()
+            }
+        }
+    }
+}
+
+impl From<EnqueueError> for Problem {
+    fn from(error: EnqueueError) -> Self {
+        match error {
+            EnqueueError::QueueFull { waiting } => Self::new(
+                Kind::QueueFull,
+                format!("{waiting} jobs are waiting already, and no more are taken. Nothing was stored."),
+            )
+            .retry_after(QUEUE_RETRY_S),
+            EnqueueError::NoSurface(id) => Self::new(Kind::InvalidParameters, "The job's parameters have faults.")
+                .with_faults(vec![Fault {
+                    pointer: "/surface".to_owned(),
+                    detail: format!("there is no surface {id}: send it first, with POST /v1/surfaces"),
+                    place: None,
+                }]),
+            EnqueueError::KeyReused { key } => Self::new(
+                Kind::KeyReused,
+                format!("The idempotency key {key:?} came with another body before. Take a new key for a new job."),
+            ),
+            EnqueueError::Draining => Self::new(Kind::Draining, "The service is shutting down and takes nothing new.")
+                .retry_after(STORAGE_RETRY_S),
+            EnqueueError::Store(error) => error.into(),
+        }
     }
 }
 

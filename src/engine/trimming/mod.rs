@@ -21,7 +21,7 @@ mod trimmed_surface;
 mod weld;
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 
 pub use checked::{CheckedCurve, CheckedLoop, CheckedTrims};
 pub use error::{TrimWarning, TrimmingError};

@@ -1,6 +1,8 @@
 //! What the integration tests share.
 
+pub(crate) mod api;
 pub(crate) mod child;
+pub(crate) mod contract;
 pub(crate) mod queue;
 
 use std::path::Path;

@@ -1,0 +1,10 @@
+//! How an answer looks: the form that the client can read, its entity tag, its file name.
+
+mod conditional;
+mod disposition;
+mod forms;
+
+pub(crate) use conditional::{Tag, finish_tags};
+pub(crate) use disposition::disposition;
+pub use forms::Form;
+pub(crate) use forms::{choose, not_acceptable};

@@ -1,0 +1,126 @@
+//! What every handler has at hand, and the way to work that would hold up the async threads.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::Semaphore;
+use tokio_util::sync::CancellationToken;
+
+use super::problem::{Kind, Problem};
+use super::request::{BodyLimits, Wait};
+use crate::config::Settings;
+use crate::queue::Queue;
+use crate::store::{Job, JobId, Store};
+
+/// How long a request waits for a thread to parse or to write on before it is told to come again.
+const THREAD_PATIENCE: Duration = Duration::from_secs(20);
+/// What it is told to wait.
+const RETRY_S: u32 = 5;
+
+/// The state of the service; clones share it.
+#[derive(Debug, Clone)]
+pub struct App(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    store: Store,
+    queue: Queue,
+    bodies: BodyLimits,
+    threads: Semaphore,
+    draining: CancellationToken,
+}
+
+impl App {
+    /// Serves this store and queue. When `draining` is cancelled nothing new is taken, and those who wait are answered.
+    #[must_use]
+    pub fn new(store: Store, queue: Queue, settings: &Settings, draining: CancellationToken) -> Self {
+        let bodies =
+            BodyLimits::new(settings.max_body(), settings.max_uploads(), Duration::from_secs(settings.body_timeout_s));
+        // Parsing shares the cores with the geometry: as many at a time as there are workers.
+        let threads = Semaphore::new(settings.worker_count());
+        Self(Arc::new(Inner { store, queue, bodies, threads, draining }))
+    }
+
+    /// The store.
+    #[must_use]
+    pub fn store(&self) -> &Store {
+        &self.0.store
+    }
+
+    /// The queue.
+    #[must_use]
+    pub fn queue(&self) -> &Queue {
+        &self.0.queue
+    }
+
+    /// Bounds on bodies.
+    #[must_use]
+    pub(crate) fn bodies(&self) -> &BodyLimits {
+        &self.0.bodies
+    }
+
+    /// Cancelled when the service shuts down.
+    #[must_use]
+    pub fn draining(&self) -> &CancellationToken {
+        &self.0.draining
+    }
+
+    /// Refuses new work while the service shuts down.
+    ///
+    /// # Errors
+    /// 503.
+    pub(crate) fn admit(&self) -> Result<(), Problem> {
+        if self.0.draining.is_cancelled() {
+            return Err(Problem::new(Kind::Draining, "The service is shutting down and takes nothing new.")
+                .retry_after(RETRY_S));
+        }
+        Ok(())
+    }
+
+    /// A job when it has ended, or as it stands when the wait is over or the service shuts down. `None`: no such job.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub(crate) async fn ended(&self, id: JobId, wait: Wait) -> Result<Option<Job>, Problem> {
+        let waiting = self.queue().wait_until_ended(id, wait.duration());
+        match self.0.draining.run_until_cancelled(waiting).await {
+            Some(job) => Ok(job?),
+            None => Ok(self.store().job(id).await?),
+        }
+    }
+
+    /// Does work that takes long (parsing, writing a result) on a thread of its own, a bounded number at a time.
+    ///
+    /// # Errors
+    /// What the work says; 503 when no thread came free; 500 when it panicked.
+    pub(crate) async fn on_a_thread<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> Result<T, Problem> + Send + 'static,
+    ) -> Result<T, Problem> {
+        let app = self.clone();
+        let slot = tokio::time::timeout(THREAD_PATIENCE, self.0.threads.acquire()).await;
+        let Ok(Ok(slot)) = slot else {
+            return Err(Problem::new(Kind::Overloaded, "The service is busy with other requests.").retry_after(RETRY_S));
+        };
+        slot.forget();
+        let done = tokio::task::spawn_blocking(move || {
+            // The place is given back when the work has ended, also when nobody waits for it any more.
+            let _place = Place(app);
+            work()
+        })
+        .await;
+        done.unwrap_or_else(|fault| {
+            tracing::error!(%fault, "work for a request panicked");
+            Err(Problem::internal())
+        })
+    }
+}
+
+/// A place among the threads.
+struct Place(App);
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0.0.threads.add_permits(1);
+    }
+}

@@ -1,0 +1,84 @@
+//! `POST /v1/jobs`: always 202, so that clients have one way to go.
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+
+use super::submit::faulty;
+use super::{Submission, document, submit};
+use crate::api::App;
+use crate::api::parameters;
+use crate::api::problem::{Kind, Problem};
+use crate::api::request::{Query, receive};
+use crate::api::surfaces;
+use crate::formats::faults::Fault;
+use crate::store::{Digest, IdempotencyKey};
+
+/// Longest job, bytes: some hundred times one with every parameter.
+pub(super) const MAX_JOB_BYTES: usize = 256 * 1024;
+/// Longest idempotency key.
+const MAX_KEY: usize = 255;
+
+const IDEMPOTENCY_KEY: HeaderName = HeaderName::from_static("idempotency-key");
+
+/// Queues a job on a stored surface.
+pub(crate) async fn create(
+    State(app): State<App>,
+    query: Query,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Response, Problem> {
+    app.admit()?;
+    query.only(&[])?;
+    let received = receive(app.bodies(), MAX_JOB_BYTES, &headers, body).await?;
+    let idempotency = key(&headers, &received.bytes)?;
+    let value = serde_json::from_slice(&received.bytes).map_err(|error| Problem::json(&error))?;
+    let (request, mut faults) = parameters::read(value);
+    require(request.kind.is_some(), "/kind", "the kind of work is needed: \"triangulate\" or \"flatten\"", &mut faults);
+    require(
+        request.surface.is_some(),
+        "/surface",
+        "the id of a surface is needed, as POST /v1/surfaces gave it",
+        &mut faults,
+    );
+    let surface = match request.surface.as_deref().and_then(|text| text.parse().ok()) {
+        Some(id) => app.store().surface(&id).await?,
+        None => None,
+    };
+    let absent = "there is no surface with this id: send it first, with POST /v1/surfaces";
+    require(surface.is_some(), "/surface", absent, &mut faults);
+    faults.extend(parameters::check(&request.options, surface.as_ref().and_then(surfaces::domain)));
+    let (Some(kind), Some(surface), true) = (request.kind, surface, faults.is_empty()) else {
+        return Err(faulty(faults));
+    };
+    let enqueued = submit(&app, Submission { kind, request, surface, idempotency }).await?;
+    let job = enqueued.job();
+    let headers = [
+        (
+            header::LOCATION,
+            HeaderValue::from_str(&format!("/v1/jobs/{}", job.id)).unwrap_or(HeaderValue::from_static("/")),
+        ),
+        (header::RETRY_AFTER, HeaderValue::from(1)),
+    ];
+    Ok((StatusCode::ACCEPTED, headers, Json(document(job, &[]))).into_response())
+}
+
+/// Adds a fault when something is not there, unless one at the same place says why.
+fn require(there: bool, pointer: &str, detail: &str, faults: &mut Vec<Fault>) {
+    if !there && !faults.iter().any(|fault| fault.pointer == pointer || fault.pointer.is_empty()) {
+        faults.push(Fault { pointer: pointer.to_owned(), detail: detail.to_owned(), place: None });
+    }
+}
+
+/// The client's key for this request, with the digest of its body.
+fn key(headers: &HeaderMap, body: &[u8]) -> Result<Option<IdempotencyKey>, Problem> {
+    let Some(value) = headers.get(IDEMPOTENCY_KEY) else { return Ok(None) };
+    let text = value.to_str().unwrap_or_default().trim_matches('"');
+    if !(1..=MAX_KEY).contains(&text.len()) {
+        let detail = format!("The header Idempotency-Key must be 1 to {MAX_KEY} visible ASCII characters.");
+        return Err(Problem::new(Kind::BadRequest, detail));
+    }
+    Ok(Some(IdempotencyKey { scope: "POST /v1/jobs".to_owned(), key: text.to_owned(), body: Digest::of(body) }))
+}

@@ -1,0 +1,45 @@
+//! Which results there are, and in which forms.
+
+use crate::api::answer::Form;
+
+/// A result of a job. Its name is the same in addresses and in the store.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ResultKind {
+    /// The mesh in space with its flattening.
+    Mesh,
+    /// What is cut.
+    Pattern,
+    /// What is said of it.
+    Report,
+}
+
+impl ResultKind {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Mesh, Self::Pattern, Self::Report];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Pattern => "pattern",
+            Self::Report => "report",
+        }
+    }
+
+    /// The result with this name.
+    #[must_use]
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// Its forms; the first is the one that a client gets who does not mind.
+    #[must_use]
+    pub const fn forms(self) -> &'static [Form] {
+        match self {
+            Self::Mesh => &[Form::Glb, Form::Json],
+            Self::Pattern => &[Form::Svg, Form::Dxf, Form::Json],
+            Self::Report => &[Form::Json],
+        }
+    }
+}

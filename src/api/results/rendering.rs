@@ -1,0 +1,77 @@
+//! Writing a form of a result from what is stored. The same stored bytes and labels give the same bytes.
+
+use std::collections::BTreeMap;
+
+use axum::body::Bytes;
+
+use super::ResultKind;
+use crate::api::answer::{Form, Tag};
+use crate::api::problem::Problem;
+use crate::api::surfaces::NAME;
+use crate::engine::job::Labels;
+use crate::formats::stored::{decode_mesh, decode_pattern};
+use crate::formats::{TitleBlock, dxf, glb, mesh_json, pattern_json, svg};
+
+/// What a form is written from.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Which result.
+    pub kind: ResultKind,
+    /// Its stored bytes.
+    pub bytes: Bytes,
+    /// The job's labels: they stand in the title block.
+    pub labels: Labels,
+}
+
+/// The tag of a form: of everything that its bytes are made of.
+#[must_use]
+pub(crate) fn tag(digest: &str, form: Form, labels: &Labels) -> Tag {
+    let mut parts: Vec<&[u8]> = vec![env!("CARGO_PKG_VERSION").as_bytes(), digest.as_bytes(), form.suffix().as_bytes()];
+    for (key, value) in labels {
+        parts.push(key.as_bytes());
+        parts.push(value.as_bytes());
+    }
+    Tag::of(&parts)
+}
+
+/// Writes a form. Takes long for a large mesh: not for an async thread.
+///
+/// # Errors
+/// 500 when the stored bytes are damaged or hold a number that is not finite; the cause is logged.
+pub fn render(source: &Source, form: Form) -> Result<Bytes, Problem> {
+    written(source, form).map_err(|cause| {
+        tracing::error!(
+            cause,
+            result = source.kind.name(),
+            form = form.suffix(),
+            "a result could not be written: {cause}"
+        );
+        Problem::internal()
+    })
+}
+
+fn written(source: &Source, form: Form) -> Result<Bytes, String> {
+    let name = source.labels.get(NAME).map(String::as_str);
+    let bytes = match source.kind {
+        ResultKind::Report => return Ok(source.bytes.clone()),
+        ResultKind::Mesh => {
+            let mesh = decode_mesh(&source.bytes).map_err(|e| e.to_string())?;
+            match form {
+                Form::Glb => glb::write(&mesh.parts(), name),
+                _ => mesh_json::write(&mesh.parts()),
+            }
+        }
+        ResultKind::Pattern => {
+            let pattern = decode_pattern(&source.bytes).map_err(|e| e.to_string())?;
+            let mut others: BTreeMap<String, String> = source.labels.clone();
+            others.remove(NAME);
+            let title = TitleBlock::new(name, &others);
+            match form {
+                Form::Dxf => dxf::write(&pattern, &title),
+                Form::Svg => svg::write(&pattern, &title),
+                _ => pattern_json::write(&pattern),
+            }
+        }
+    };
+    bytes.map(Bytes::from).map_err(|e| e.to_string())
+}

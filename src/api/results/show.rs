@@ -1,0 +1,122 @@
+//! `GET /v1/jobs/{job}/mesh`, `/pattern`, `/report`: by `Accept`, or by suffix.
+
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+
+use super::{ResultKind, Source, render, tag};
+use crate::api::App;
+use crate::api::answer::{Form, choose, disposition};
+use crate::api::jobs::{Failure, absent, id_of};
+use crate::api::problem::{Kind, Problem};
+use crate::api::request::Query;
+use crate::api::surfaces::NAME;
+use crate::store::{Job, State as JobState};
+
+/// One handler for each address: the result, and the form where the suffix names it.
+macro_rules! handlers {
+    ($($(#[$doc:meta])* $name:ident: $kind:ident $($form:ident)?;)*) => {
+        $($(#[$doc])*
+        pub(crate) async fn $name(
+            State(app): State<App>,
+            Path(id): Path<String>,
+            query: Query,
+            headers: HeaderMap,
+        ) -> Result<Response, Problem> {
+            query.only(&[])?;
+            let form = None::<Form>$(.or(Some(Form::$form)))?;
+            show(&app, &id, &headers, ResultKind::$kind, form).await
+        })*
+    };
+}
+
+handlers! {
+    /// The mesh.
+    mesh: Mesh;
+    /// The mesh as GLB.
+    mesh_glb: Mesh Glb;
+    /// The mesh as JSON.
+    mesh_json: Mesh Json;
+    /// The pattern.
+    pattern: Pattern;
+    /// The pattern as SVG.
+    pattern_svg: Pattern Svg;
+    /// The pattern as DXF.
+    pattern_dxf: Pattern Dxf;
+    /// The pattern as JSON.
+    pattern_json: Pattern Json;
+    /// The report.
+    report: Report;
+    /// The report as JSON.
+    report_json: Report Json;
+}
+
+async fn show(
+    app: &App,
+    id: &str,
+    headers: &HeaderMap,
+    kind: ResultKind,
+    form: Option<Form>,
+) -> Result<Response, Problem> {
+    let form = match form {
+        Some(form) => form,
+        None => choose(headers, kind.forms())?,
+    };
+    let job = app.store().job(id_of(id)?).await?.ok_or_else(absent)?;
+    answer(app, &job, headers, kind, form).await
+}
+
+/// A result of a job in a form.
+///
+/// # Errors
+/// 409 while there is none yet, or since the job was cancelled; 404 when the job has ended without it.
+pub(crate) async fn answer(
+    app: &App,
+    job: &Job,
+    headers: &HeaderMap,
+    kind: ResultKind,
+    form: Form,
+) -> Result<Response, Problem> {
+    match job.state {
+        JobState::Queued | JobState::Running => {
+            return Err(Problem::new(
+                Kind::JobNotEnded,
+                format!("The job is {}; its results come when it has ended.", job.state),
+            )
+            .retry_after(1));
+        }
+        JobState::Cancelled => return Err(Problem::new(Kind::JobCancelled, "The job was cancelled before it ended.")),
+        JobState::Succeeded | JobState::Failed => {}
+    }
+    let stored = app.store().results(job.id).await?;
+    let stored = stored.iter().find(|result| result.name == kind.name()).ok_or_else(|| none(job, kind))?;
+    let tag = tag(&stored.digest.to_string(), form, &job.labels);
+    if let Some(answer) = tag.not_modified(headers) {
+        return Ok(answer);
+    }
+    let (_, bytes) = app.store().result(job.id, kind.name()).await?.ok_or_else(|| none(job, kind))?;
+    let source = Source { kind, bytes, labels: job.labels.clone() };
+    let bytes = app.on_a_thread(move || render(&source, form)).await?;
+    let stem = job.labels.get("part_number").or_else(|| job.labels.get(NAME)).map_or("", String::as_str);
+    // A browser shows what it can show; what is made for other programs is saved.
+    let inline = matches!(form, Form::Svg | Form::Json);
+    let headers = [
+        (header::CONTENT_TYPE, HeaderValue::from_static(form.media())),
+        (header::ETAG, tag.header()),
+        (header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache")),
+        (header::VARY, HeaderValue::from_static("accept")),
+        (header::CONTENT_DISPOSITION, disposition(stem, kind.name(), form.suffix(), inline)),
+    ];
+    Ok((headers, bytes).into_response())
+}
+
+/// The job has ended without this result.
+fn none(job: &Job, kind: ResultKind) -> Problem {
+    match Failure::of(job) {
+        Some(failure) => {
+            let detail = format!("The job failed and left no {}: {}", kind.name(), failure.detail);
+            Problem::new(Kind::ResultNotFound, detail).stored(failure.code, failure.place, failure.remedies)
+        }
+        None => Problem::new(Kind::ResultNotFound, format!("A {} job has no {}.", job.kind, kind.name())),
+    }
+}

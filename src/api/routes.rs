@@ -1,0 +1,117 @@
+//! The route table: every address of the service on one page.
+
+use axum::Router;
+use axum::handler::Handler;
+use axum::http::{Method, Uri};
+use axum::middleware::from_fn;
+use axum::routing::{MethodFilter, on};
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::SizeAbove;
+
+use super::answer::{finish_tags, not_acceptable};
+use super::problem::{Kind, Problem, finish, panicked};
+use super::results::ResultKind;
+use super::service::{contract, health, problems};
+use super::{App, flatten, jobs, layers, results, surfaces};
+
+/// Answers shorter than this are not worth compressing, bytes.
+const COMPRESSED_ABOVE: u64 = 1024;
+
+/// The table.
+fn table() -> Routes {
+    Routes::default()
+        .get("/v1/surfaces", surfaces::list)
+        .post("/v1/surfaces", surfaces::create)
+        .get("/v1/surfaces/{surface}", surfaces::show)
+        .delete("/v1/surfaces/{surface}", surfaces::delete)
+        .get("/v1/surfaces/{surface}/content", surfaces::content)
+        .get("/v1/jobs", jobs::list)
+        .post("/v1/jobs", jobs::create)
+        .get("/v1/jobs/{job}", jobs::show)
+        .delete("/v1/jobs/{job}", jobs::delete)
+        .post("/v1/jobs/{job}/cancel", jobs::cancel)
+        .get("/v1/jobs/{job}/mesh", results::mesh)
+        .get("/v1/jobs/{job}/mesh.glb", results::mesh_glb)
+        .get("/v1/jobs/{job}/mesh.json", results::mesh_json)
+        .get("/v1/jobs/{job}/pattern", results::pattern)
+        .get("/v1/jobs/{job}/pattern.svg", results::pattern_svg)
+        .get("/v1/jobs/{job}/pattern.dxf", results::pattern_dxf)
+        .get("/v1/jobs/{job}/pattern.json", results::pattern_json)
+        .get("/v1/jobs/{job}/report", results::report)
+        .get("/v1/jobs/{job}/report.json", results::report_json)
+        .post("/v1/flatten", flatten::flatten)
+        .get("/healthz", health::healthz)
+        .get("/readyz", health::readyz)
+        .get("/openapi.yaml", contract::contract)
+        .get("/problems", problems::list)
+        .get("/problems/{problem}", problems::show)
+}
+
+/// The service's router, with everything that surrounds its handlers.
+pub fn router(app: App) -> Router {
+    surrounded(table().router).with_state(app)
+}
+
+/// Every method and path that there is.
+#[must_use]
+pub fn paths() -> Vec<(Method, &'static str)> {
+    table().paths
+}
+
+/// What every request goes through, from the inside out: a panic becomes an answer, every error a problem document,
+/// long answers are compressed, and compressed ones have tags of their own.
+fn surrounded(router: Router<App>) -> Router<App> {
+    router
+        .fallback(nothing_here)
+        .layer(CatchPanicLayer::custom(panicked))
+        .layer(from_fn(finish))
+        .layer(CompressionLayer::new().compress_when(SizeAbove::new(COMPRESSED_ABOVE)))
+        .layer(from_fn(finish_tags))
+        .layer(from_fn(layers::surround))
+}
+
+/// There is nothing here; a result's form that there is not is told so.
+async fn nothing_here(uri: Uri) -> Problem {
+    let path = uri.path();
+    let result = path.strip_prefix("/v1/jobs/").and_then(|rest| rest.split_once('/')).map(|(_, name)| name);
+    if let Some((name, _)) = result.and_then(|name| name.split_once('.'))
+        && let Some(kind) = ResultKind::by_name(name)
+    {
+        return not_acceptable(kind.forms());
+    }
+    Problem::new(Kind::NotFound, format!("There is nothing at {path}. /openapi.yaml lists what there is."))
+}
+
+/// A router that knows what is in it.
+#[derive(Default)]
+struct Routes {
+    router: Router<App>,
+    paths: Vec<(Method, &'static str)>,
+}
+
+impl Routes {
+    fn get<H: Handler<T, App>, T: 'static>(self, path: &'static str, handler: H) -> Self {
+        self.on(Method::GET, MethodFilter::GET, path, handler)
+    }
+
+    fn post<H: Handler<T, App>, T: 'static>(self, path: &'static str, handler: H) -> Self {
+        self.on(Method::POST, MethodFilter::POST, path, handler)
+    }
+
+    fn delete<H: Handler<T, App>, T: 'static>(self, path: &'static str, handler: H) -> Self {
+        self.on(Method::DELETE, MethodFilter::DELETE, path, handler)
+    }
+
+    fn on<H: Handler<T, App>, T: 'static>(
+        mut self,
+        method: Method,
+        filter: MethodFilter,
+        path: &'static str,
+        handler: H,
+    ) -> Self {
+        self.router = self.router.route(path, on(filter, handler));
+        self.paths.push((method, path));
+        self
+    }
+}

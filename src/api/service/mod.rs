@@ -1,0 +1,5 @@
+//! Around the work: is it alive, is it ready, what does it speak.
+
+pub(super) mod contract;
+pub(super) mod health;
+pub(super) mod problems;

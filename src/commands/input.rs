@@ -1,0 +1,50 @@
+//! Reading a surface file for a command, with the very checks that the service makes.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use axum::body::Bytes;
+use clap::Args;
+use planish::api::Reading;
+use planish::engine::trimming::Side;
+use planish::formats::units::Units;
+
+/// The surface file and how it is read.
+#[derive(Debug, Args)]
+pub(crate) struct SurfaceArguments {
+    /// The surface, as trimmed-surface JSON
+    pub(crate) surface: PathBuf,
+    /// Unit of the file's lengths, before what the file says: mm, cm, m, in or ft
+    #[arg(long, value_parser = word::<Units>)]
+    pub(crate) units: Option<Units>,
+    /// The show side, before what the file says: normal or reversed
+    #[arg(long, value_parser = word::<Side>)]
+    pub(crate) side: Option<Side>,
+}
+
+impl SurfaceArguments {
+    /// How the file is read.
+    pub(crate) const fn reading(&self) -> Reading {
+        Reading { units: self.units, side: self.side }
+    }
+
+    /// The file's bytes.
+    pub(crate) fn bytes(&self) -> anyhow::Result<Bytes> {
+        file(&self.surface)
+    }
+
+    /// The file's name, for problems.
+    pub(crate) fn name(&self) -> String {
+        self.surface.display().to_string()
+    }
+}
+
+/// A file's bytes.
+pub(crate) fn file(path: &Path) -> anyhow::Result<Bytes> {
+    std::fs::read(path).map(Bytes::from).with_context(|| format!("{} cannot be read", path.display()))
+}
+
+/// A word of a vocabulary that serde knows.
+fn word<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, String> {
+    serde_json::from_value(serde_json::Value::from(text)).map_err(|error| error.to_string())
+}

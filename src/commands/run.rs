@@ -1,0 +1,139 @@
+//! `planish run KIND SURFACE_FILE --out DIR`: one job on files, without a server, by the same code.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context as _, bail};
+use axum::body::Bytes;
+use clap::Args;
+use planish::api::parameters::{self, JobRequest};
+use planish::api::problem::{Kind, Problem};
+use planish::api::{CheckedSurface, Form, NAME, ResultKind, Source, render};
+use planish::engine::budget::Unobserved;
+use planish::engine::distortion::VerdictResult;
+use planish::engine::job::{JobKind, Labels};
+use planish::engine::pipeline::{self, Outcome};
+use planish::formats::stored::{encode_mesh, encode_pattern};
+use planish::formats::{MeshParts, report_json};
+use serde_json::{Value, json};
+
+use super::input::{SurfaceArguments, file};
+use super::{FAILED, USAGE, VERDICT_FAIL, complain_of};
+
+/// What `run` takes.
+#[derive(Debug, Args)]
+pub(crate) struct RunArguments {
+    /// The kind of work: triangulate or flatten
+    #[arg(value_parser = kind)]
+    kind: JobKind,
+    #[command(flatten)]
+    surface: SurfaceArguments,
+    /// File with the job's parameters, as POST /v1/jobs takes them
+    #[arg(long, value_name = "JOB.json")]
+    job: Option<PathBuf>,
+    /// A parameter by its dotted name, as in flattening.seed=centre; may be repeated
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// Folder for the report and every form of the results; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+fn kind(text: &str) -> Result<JobKind, String> {
+    serde_json::from_value(Value::from(text)).map_err(|error| error.to_string())
+}
+
+/// Does the job and writes what comes out.
+pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
+    let bytes = arguments.surface.bytes()?;
+    let surface = match planish::api::read(&bytes, arguments.surface.reading(), "") {
+        Ok(surface) => surface,
+        Err(faults) => {
+            complain_of(&faults.into_problem(&bytes), &arguments.surface.name());
+            return Ok(ExitCode::from(FAILED));
+        }
+    };
+    let request = match request(arguments, &surface)? {
+        Ok(request) => request,
+        Err(problem) => {
+            complain_of(&problem, "planish run");
+            return Ok(ExitCode::from(USAGE));
+        }
+    };
+    let mut labels = planish::api::labels_of(&surface.new.summary, surface.new.name.as_deref());
+    labels.extend(request.labels);
+    fs::create_dir_all(&arguments.out).with_context(|| format!("{} cannot be made", arguments.out.display()))?;
+    match pipeline::run(arguments.kind, &surface.trimmed, &request.options, &Unobserved) {
+        Ok(outcome) => {
+            write(&arguments.out, &outcome, &labels)?;
+            let failed = outcome.report.verdict.is_some_and(|verdict| verdict.result == VerdictResult::Fail);
+            Ok(ExitCode::from(if failed { VERDICT_FAIL } else { 0 }))
+        }
+        Err(failure) => {
+            if let Some(partial) = &failure.partial {
+                write(&arguments.out, partial, &labels)?;
+            }
+            let problem = Problem::new(Kind::JobFailed, failure.error.to_string()).located(&failure.error);
+            complain_of(&problem, &arguments.surface.name());
+            Ok(ExitCode::from(FAILED))
+        }
+    }
+}
+
+/// The job: the file's parameters, then the settings of the command line; checked on this surface.
+fn request(arguments: &RunArguments, surface: &CheckedSurface) -> anyhow::Result<Result<JobRequest, Problem>> {
+    let mut job = match &arguments.job {
+        None => json!({}),
+        Some(path) => {
+            serde_json::from_slice(&file(path)?).with_context(|| format!("{} is not JSON", path.display()))?
+        }
+    };
+    let mut faults = Vec::new();
+    for assignment in &arguments.set {
+        faults.extend(parameters::assign(&mut job, assignment).err().map(|fault| *fault));
+    }
+    let (request, read) = parameters::read(job);
+    faults.extend(read);
+    if request.kind.is_some_and(|kind| kind != arguments.kind) {
+        bail!("the job's file names another kind of work than the command line");
+    }
+    faults.extend(parameters::check(&request.options, planish::api::domain_of(&surface.new.summary)));
+    if faults.is_empty() {
+        return Ok(Ok(request));
+    }
+    Ok(Err(Problem::new(Kind::InvalidParameters, "The job's parameters have faults.").with_faults(faults)))
+}
+
+/// Writes the report and every form of the results.
+fn write(folder: &Path, outcome: &Outcome, labels: &Labels) -> anyhow::Result<()> {
+    let parts = MeshParts {
+        mesh: &outcome.mesh,
+        normals: &outcome.normals,
+        flat: outcome.flat.as_deref(),
+        strain_percent: outcome.strain_percent.as_deref(),
+    };
+    let report = report_json::write(&outcome.report).context("the report cannot be written")?;
+    let mut results = vec![(ResultKind::Report, report), (ResultKind::Mesh, encode_mesh(&parts))];
+    results.extend(outcome.pattern.as_ref().map(|pattern| (ResultKind::Pattern, encode_pattern(pattern))));
+    for (kind, bytes) in results {
+        let source = Source { kind, bytes: Bytes::from(bytes), labels: labels.clone() };
+        for form in kind.forms() {
+            write_form(folder, &source, *form)?;
+        }
+    }
+    Ok(())
+}
+
+fn write_form(folder: &Path, source: &Source, form: Form) -> anyhow::Result<()> {
+    let name = format!("{}.{}", source.kind.name(), form.suffix());
+    let bytes = match render(source, form) {
+        Ok(bytes) => bytes,
+        Err(problem) => {
+            complain_of(&problem, &name);
+            bail!("{name} of {:?} could not be written", source.labels.get(NAME));
+        }
+    };
+    let path = folder.join(&name);
+    fs::write(&path, bytes).with_context(|| format!("{} cannot be written", path.display()))
+}

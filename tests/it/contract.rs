@@ -1,0 +1,148 @@
+//! The contract and the service say the same: every path and method, every documented call, every answer.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use crate::support::api::{Held, Live, Sketch, plate, settings};
+use crate::support::contract::{CONTRACT, operations, seen, validate, validator};
+
+#[test]
+fn the_route_table_and_the_contract_have_the_same_paths_and_methods() {
+    let routes: BTreeSet<(String, String)> =
+        planish::api::paths().into_iter().map(|(method, path)| (method.to_string(), path.to_owned())).collect();
+    assert_eq!(routes, operations());
+}
+
+#[test]
+fn every_schema_is_sound_and_every_example_is_as_its_schema_says() {
+    for (name, schema) in CONTRACT["components"]["schemas"].as_object().unwrap() {
+        let judge = validator(&json!({ "$ref": format!("#/components/schemas/{name}") }));
+        for example in schema["examples"].as_array().unwrap_or(&Vec::new()) {
+            assert!(judge.is_valid(example), "{name}: {example}");
+        }
+    }
+    let mut examples = 0;
+    for (path, item) in CONTRACT["paths"].as_object().unwrap() {
+        for (_, operation) in item.as_object().unwrap().iter().filter(|(key, _)| *key != "parameters") {
+            let content = &operation["requestBody"]["content"]["application/json"];
+            for (_, example) in content["examples"].as_object().into_iter().flatten() {
+                let example = match example["$ref"].as_str() {
+                    Some(pointer) => CONTRACT.pointer(pointer.trim_start_matches('#')).unwrap(),
+                    None => example,
+                };
+                validate(&content["schema"], &example["value"], path);
+                examples += 1;
+            }
+        }
+    }
+    assert!(examples >= 4, "{examples}");
+}
+
+#[test]
+fn the_defaults_that_the_contract_names_are_those_that_are_taken() {
+    let taken = Value::Object(planish::api::parameters::with_defaults(&planish::engine::job::JobOptions::default()));
+    validate(&json!({ "$ref": "#/components/schemas/TakenParameters" }), &taken, "the default parameters");
+    let schemas = &CONTRACT["components"]["schemas"];
+    for (object, schema) in [
+        ("triangulation", "Triangulation"),
+        ("flattening", "Flattening"),
+        ("search", "Search"),
+        ("placement", "Placement"),
+    ] {
+        for (name, property) in schemas[schema]["properties"].as_object().unwrap() {
+            if let Some(default) = property.get("default") {
+                let same = taken[object][name] == *default
+                    || taken[object][name].as_f64().is_some_and(|x| default.as_f64() == Some(x));
+                assert!(same, "{object}.{name}: {} and {default}", taken[object][name]);
+            }
+        }
+    }
+    for (name, property) in schemas["Flattening"]["properties"]["readings"]["properties"].as_object().unwrap() {
+        assert_eq!(taken["flattening"]["readings"][name], property["default"], "{name}");
+    }
+}
+
+#[test]
+fn every_problem_has_a_text_that_says_more_than_its_title() {
+    for kind in planish::api::problem::Kind::ALL {
+        assert!(kind.text().len() > kind.title().len(), "{kind:?}");
+        let documented = planish::api::CONTRACT.contains(&format!("`{}`", kind.slug()));
+        // A header that is too large is refused before there is an operation.
+        assert!(documented || kind.slug() == "too-many-headers" || kind.slug() == "method-not-allowed", "{kind:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_documented_call_answers_as_documented() {
+    let live = Live::start(Arc::new(Held::<Sketch>::default()), &settings(|_| {})).await;
+    // Surfaces.
+    let created = live.post("/v1/surfaces", &plate()).await.expect(201);
+    let again = live.post("/v1/surfaces", &plate()).await.expect(200);
+    assert_eq!(created.json()["id"], again.json()["id"]);
+    let surface = created.json()["id"].as_str().unwrap().to_owned();
+    let address = format!("/v1/surfaces/{surface}");
+    assert_eq!(created.header("location"), Some(address.as_str()));
+    live.get(&address).await.expect(200);
+    let content = live.get(&format!("{address}/content")).await.expect(200);
+    assert_eq!(content.json(), plate());
+    live.get("/v1/surfaces?limit=1").await.expect(200);
+    // Jobs.
+    let job = live.job(&json!({ "kind": "flatten", "surface": surface, "labels": { "part_number": "4711" } })).await;
+    let document = live.ended(&job).await;
+    assert_eq!(document["state"], "succeeded", "{document:#}");
+    live.get("/v1/jobs?state=succeeded&kind=flatten&label.part_number=4711").await.expect(200);
+    // Results: every link of the job leads somewhere, and so do the addresses without a suffix.
+    for link in document["results"].as_array().unwrap() {
+        let answer = live.get(link["href"].as_str().unwrap()).await.expect(200);
+        assert_eq!(answer.header("content-type"), link["type"].as_str());
+        let tag = answer.header("etag").unwrap().to_owned();
+        let path = link["href"].as_str().unwrap();
+        let same = live.send(reqwest::Method::GET, path, |r| r.header("If-None-Match", &tag)).await.expect(304);
+        assert_eq!(same.header("etag"), Some(tag.as_str()));
+    }
+    for result in ["mesh", "pattern", "report"] {
+        live.get(&format!("/v1/jobs/{job}/{result}")).await.expect(200);
+    }
+    // The one-call form.
+    for format in ["svg", "dxf", "json"] {
+        live.post(&format!("/v1/flatten?format={format}"), &plate()).await.expect(200);
+    }
+    // Cancelling and deleting.
+    live.send(reqwest::Method::POST, &format!("/v1/jobs/{job}/cancel"), |r| r).await.expect(409).problem("job-final");
+    let endless = live.job(&json!({ "kind": "flatten", "surface": surface, "labels": { "test": "endless" } })).await;
+    live.delete(&address).await.expect(409).problem("surface-in-use");
+    live.delete(&format!("/v1/jobs/{endless}")).await.expect(409).problem("job-not-ended");
+    live.get(&format!("/v1/jobs/{endless}/report.json")).await.expect(409).problem("job-not-ended");
+    for _ in 0..2 {
+        live.send(reqwest::Method::POST, &format!("/v1/jobs/{endless}/cancel"), |r| r).await.expect(202);
+    }
+    assert_eq!(live.ended(&endless).await["state"], "cancelled");
+    live.get(&format!("/v1/jobs/{endless}/mesh.json")).await.expect(409).problem("job-cancelled");
+    live.delete(&format!("/v1/jobs/{job}")).await.expect(204);
+    live.get(&format!("/v1/jobs/{job}")).await.expect(404).problem("job-not-found");
+    live.delete(&address).await.expect(204);
+    live.get(&address).await.expect(404).problem("surface-not-found");
+    // Around them.
+    live.get("/healthz").await.expect(200);
+    live.get("/readyz").await.expect(200);
+    assert_eq!(live.get("/openapi.yaml").await.expect(200).text(), planish::api::CONTRACT);
+    let list = live.get("/problems").await.expect(200).text();
+    for kind in planish::api::problem::Kind::ALL {
+        assert!(list.contains(kind.slug()), "{kind:?}");
+        live.get(&format!("/problems/{}", kind.slug())).await.expect(200);
+    }
+    // Every operation was called, and answered with each of its good statuses save the late answer of the one call.
+    let seen = seen();
+    for (path, item) in CONTRACT["paths"].as_object().unwrap() {
+        for (method, operation) in item.as_object().unwrap().iter().filter(|(key, _)| *key != "parameters") {
+            let name = operation["operationId"].as_str().unwrap();
+            let good = operation["responses"].as_object().unwrap().keys().filter(|status| status.starts_with('2'));
+            for status in good.filter(|status| (name, status.as_str()) != ("flatten", "202")) {
+                let status: u16 = status.parse().unwrap();
+                assert!(seen.contains(&(name.to_owned(), status)), "{method} {path} was never answered with {status}");
+            }
+        }
+    }
+}
