@@ -94,3 +94,23 @@ impl FailureClass {
 pub(super) fn problem(code: &str, title: &str, detail: &str) -> Value {
     serde_json::json!({ "code": code, "title": title, "detail": detail })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::nurbs::NurbsError;
+    use crate::engine::triangulation::TriangulationError;
+
+    #[test]
+    fn r5_no_engine_error_is_worth_another_attempt() {
+        let deterministic = [
+            EngineError::from(NurbsError::Degree { what: "degree_u", degree: 99, max: 25 }),
+            EngineError::from(TriangulationError::TooManyTriangles { estimate: 2, limit: 1 }),
+            EngineError::Parameter { name: "flattening.seed".to_owned(), detail: "no such triangle".to_owned() },
+        ];
+        for error in &deterministic {
+            assert_eq!(FailureClass::of(error), FailureClass::Deterministic, "{error}");
+        }
+        assert_eq!(FailureClass::of(&EngineError::Cancelled), FailureClass::Interrupted);
+    }
+}

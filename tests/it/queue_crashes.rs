@@ -175,6 +175,19 @@ fn r3_a_cancellation_that_was_accepted_outlives_the_process() {
 /// How many innocent jobs run beside the one that kills.
 const INNOCENT: usize = 6;
 
+/// One input ends the process at once; the others take long enough to be running when it does.
+struct Poisoned;
+
+impl Runner for Poisoned {
+    fn run(&self, task: &Task, _: &dyn Observer) -> Result<Finished, Failed> {
+        if task.parameters["do"] == "abort" {
+            std::process::abort();
+        }
+        std::thread::sleep(Duration::from_millis(100));
+        Ok(finished(task))
+    }
+}
+
 #[test]
 fn r4_an_input_that_kills_the_process_does_so_three_times_and_takes_no_other_job_with_it() {
     if let Some(directory) = child::directory() {
@@ -190,7 +203,7 @@ fn r4_an_input_that_kills_the_process_does_so_three_times_and_takes_no_other_job
                 }
             }
             let queue =
-                Queue::start(store.clone(), Puppet::new(), Settings { workers: 3, ..settings() }).await.unwrap();
+                Queue::start(store.clone(), Arc::new(Poisoned), Settings { workers: 3, ..settings() }).await.unwrap();
             for job in store.jobs(&JobFilter::default(), None, 100).await.unwrap() {
                 ended(&queue, job.id).await;
             }

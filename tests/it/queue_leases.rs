@@ -19,14 +19,13 @@ async fn store_at_a_fake_hour(directory: &std::path::Path) -> (Store, FakeClock)
     (Store::open(directory, clock).await.unwrap(), hand)
 }
 
-/// Its first attempt sleeps until the gate opens; every attempt's result tells which it was.
-struct Sleeper(Gate);
+/// Each attempt waits at a gate of its own; its result tells which it was.
+#[derive(Default)]
+struct Sleeper([Gate; 2]);
 
 impl Runner for Sleeper {
     fn run(&self, task: &Task, _: &dyn Observer) -> Result<Finished, Failed> {
-        if task.attempt == 1 {
-            self.0.wait();
-        }
+        self.0[task.attempt as usize - 1].wait();
         let result = NewResult::new("report", "text/plain", format!("attempt {}", task.attempt));
         Ok(Finished { results: vec![result], ..Finished::default() })
     }
@@ -37,7 +36,7 @@ async fn r2_a_worker_that_sleeps_past_its_lease_writes_nothing_when_it_wakes() {
     let directory = tempfile::tempdir().unwrap();
     let (store, hand) = store_at_a_fake_hour(directory.path()).await;
     let surface = surface(&store).await;
-    let runner = Arc::new(Sleeper(Gate::default()));
+    let runner = Arc::new(Sleeper::default());
     let never = Duration::from_hours(1);
     let one = Settings { workers: 1, light_workers: 0, lease: LEASE, ..settings() };
     let asleep = Settings { renew_every: never, sweep_every: never, progress_every: never, ..one.clone() };
@@ -47,15 +46,24 @@ async fn r2_a_worker_that_sleeps_past_its_lease_writes_nothing_when_it_wakes() {
 
     let awake = Settings { sweep_every: Duration::ZERO, ..one };
     let second = Queue::start(store.clone(), runner.clone(), awake).await.unwrap();
+    let mut changes = store.changes();
     assert_eq!(store.job(id).await.unwrap().unwrap().attempt, 1, "the lease still holds");
     hand.advance(LEASE + Duration::from_millis(1));
-    let job = ended(&second, id).await;
-    assert_eq!((job.state, job.attempt), (State::Succeeded, 2));
+    // Back in the queue, then claimed by the second machine.
+    for state in [State::Queued, State::Running] {
+        assert_eq!(tokio::time::timeout(LONG, changes.recv()).await.unwrap().unwrap().state, state);
+    }
 
-    runner.0.open();
-    // The first machine has written, or tried to, all that it ever will.
+    // The first wakes while the second is at work, and has then written, or tried to, all that it ever will.
+    runner.0[0].open();
     first.drain(LONG).await;
-    assert_eq!(store.job(id).await.unwrap().unwrap(), job, "the late worker changed nothing");
+    let job = store.job(id).await.unwrap().unwrap();
+    assert_eq!((job.state, job.attempt), (State::Running, 2), "the late worker changed nothing");
+    assert!(store.results(id).await.unwrap().is_empty());
+
+    runner.0[1].open();
+    let job = ended(&second, id).await;
+    assert_eq!((job.state, job.attempt, job.end_seq), (State::Succeeded, 2, Some(1)));
     assert_eq!(store.result(id, "report").await.unwrap().unwrap().1, "attempt 2");
     second.drain(LONG).await;
 }
