@@ -19,11 +19,10 @@ use glam::DVec2;
 
 use super::checked::{CheckedCurve, CheckedLoop, CheckedTrims};
 use super::chord::{CORNER_ANGLE, Chords, Metric};
-use super::crossing::{Crossing, Encounter, Outline, TOUCH, Verdict, cross_free, encounter};
+use super::crossing::{Crossing, Encounter, Outline, TOUCH, Touch, Verdict, cross_free, encounter, weld};
 use super::mend::{Findings, Frame, mend};
 use super::nesting::{Ring, nest};
 use super::pieces::{Pieces, Run};
-use super::weld::{Touch, weld};
 use super::{TrimShape, TrimmedSurface, TrimmingError};
 
 /// Deviation, relative to the domain, down to which the polylines of curves that come near each other are refined before
@@ -167,10 +166,8 @@ fn outlined(
         let mut lines = Vec::new();
         for (l, checked) in trims.loops.iter().enumerate() {
             let start = outline.points.len();
-            for (place, curve) in checked.curves.iter().enumerate() {
-                if !chords.curve(curve, place as u32, &mut outline.points, MAX_POINTS) {
-                    return Err(TrimmingError::TooIntricate { what: "points on the loops", limit: MAX_POINTS });
-                }
+            if !chords.whole(checked, &mut outline.points, MAX_POINTS) {
+                return Err(TrimmingError::TooIntricate { what: "points on the loops", limit: MAX_POINTS });
             }
             let first = outline.points[start].uv;
             if !outline.close(l, start) {

@@ -20,7 +20,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::checked::{CheckedCurve, CheckedTrims};
+use super::checked::{CheckedCurve, CheckedLoop, CheckedTrims};
 use super::pieces::{Piece, Run};
 use crate::engine::nurbs::{Domain, Surface};
 
@@ -50,7 +50,7 @@ const HERMITE_SHARE: f64 = 0.5;
 const PARTS_MARGIN: f64 = 0.03;
 
 /// The most segments that are joined to one.
-const MAX_JOINED: usize = 64;
+const MAX_JOINED: usize = 256;
 
 /// Kinks within a curve from this angle on are kept and are corners (radians; 3 degrees). Smaller ones come from
 /// approximation, and a knife does not stop for them.
@@ -196,9 +196,32 @@ impl<'a> Chords<'a> {
         Self { trims, metric, tolerance, open: Vec::new(), line: Vec::new(), probes: Vec::new(), weights: Vec::new() }
     }
 
+    /// Appends the points of a loop in walking order. `limit` is the most points that `out` may hold; false when that is not
+    /// enough.
+    pub(super) fn whole(&mut self, checked: &CheckedLoop, out: &mut Vec<ChordPoint>, limit: usize) -> bool {
+        let trims = self.trims;
+        let end = |curve: &CheckedCurve, last: bool| {
+            let last = last != curve.backwards();
+            let piece = &trims.pieces.list[if last { curve.pieces.end - 1 } else { curve.pieces.start }];
+            piece.ends[usize::from(last)]
+        };
+        let next = checked.curves.iter().cycle().skip(1);
+        for (place, (curve, next)) in checked.curves.iter().zip(next).enumerate() {
+            if !self.curve(curve, place as u32, out, limit) {
+                return false;
+            }
+            // Where a jump along a pole was left open the end of a curve is a point of its own.
+            let uv = end(curve, true);
+            if uv != end(next, false) {
+                out.push(ChordPoint { uv, place: place as u32, t: [curve.t_end; 2], deviation: 0.0, corner: true });
+            }
+        }
+        true
+    }
+
     /// Appends the points of a curve, its end left out, in walking order. `limit` is the most points that `out` may hold;
     /// false when that is not enough.
-    pub(super) fn curve(&mut self, curve: &CheckedCurve, place: u32, out: &mut Vec<ChordPoint>, limit: usize) -> bool {
+    fn curve(&mut self, curve: &CheckedCurve, place: u32, out: &mut Vec<ChordPoint>, limit: usize) -> bool {
         let trims = self.trims;
         let backwards = curve.backwards();
         let range = curve.pieces.clone();
@@ -262,7 +285,14 @@ impl<'a> Chords<'a> {
         self.open.clear();
         self.open.push((1.0, end, 0));
         while let Some((to, end, cuts)) = self.open.pop() {
-            let count = if cuts == 0 { first_probes(&self.metric, piece) } else { PROBES };
+            let count = if cuts == 0 {
+                first_probes(&self.metric, piece)
+            } else if flat && piece.degree() == 2 {
+                // A conic has no inflections, and its middle is as good as where it is farthest from the chord.
+                1
+            } else {
+                PROBES
+            };
             let worst = self.probe(&from, &end, count, |metric, k| sample(metric, at + (to - at) * k));
             let chord = from.point.distance(end.point);
             let too_far = worst > self.tolerance && cuts < MAX_CUTS;
@@ -376,9 +406,15 @@ impl<'a> Chords<'a> {
         let mut i = 0;
         while i + 1 < line.len() {
             let (mut j, mut deviation) = (i + 1, line[i + 1].deviation);
-            while joins && j + 1 < line.len() && j - i < MAX_JOINED && !line[j].kept {
-                let Some(joined) = self.joined(i, j + 1) else { break };
-                (j, deviation) = (j + 1, joined);
+            // Ever longer strides, and shorter ones again when a stride was too long.
+            let (mut stride, mut grows) = (1, true);
+            while joins && stride > 0 && j - i < MAX_JOINED {
+                if let Some(joined) = line.get(j + stride).and_then(|_| self.joined(i, j + stride)) {
+                    (j, deviation) = (j + stride, joined);
+                    stride = if grows { 2 * stride } else { stride };
+                } else {
+                    (stride, grows) = (stride / 2, false);
+                }
             }
             let from = &line[i];
             out.push(ChordPoint {
@@ -396,6 +432,9 @@ impl<'a> Chords<'a> {
     fn joined(&self, i: usize, k: usize) -> Option<f64> {
         let (a, b) = (&self.line[i].at, &self.line[k].at);
         let inner = &self.line[i + 1..k];
+        if inner.iter().any(|s| s.kept) {
+            return None;
+        }
         let run = self.line[k].run;
         if let Some(Run::ConstantU | Run::ConstantV) = run {
             // Along one line, and never back: the middle ones lie between the ends.

@@ -18,7 +18,6 @@ mod pieces;
 mod polygonise;
 mod region;
 mod trimmed_surface;
-mod weld;
 
 #[cfg(test)]
 mod tests;

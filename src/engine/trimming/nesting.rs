@@ -163,3 +163,47 @@ pub(super) fn nest(rings: &[Ring]) -> Nesting {
     }
     nesting
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(points: &[[f64; 2]]) -> Ring {
+        Ring::new(points.iter().map(|&p| DVec2::from_array(p)).collect())
+    }
+
+    #[test]
+    fn a_point_is_located_exactly_against_slanted_and_level_edges() {
+        let star = ring(&[[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]]);
+        let at = |x: f64, y: f64| locate(DVec2::new(x, y), star.segments());
+        assert_eq!(at(2.0, 0.5), Containment::Inside);
+        // On the level of the inner corner, on both of its sides, and of the two upper ones.
+        assert_eq!(at(1.0, 1.0), Containment::Inside);
+        assert_eq!(at(2.0, 1.5), Containment::Outside);
+        assert_eq!(at(-1.0, 0.0), Containment::Outside);
+        assert_eq!(at(5.0, 3.0), Containment::Outside);
+        for (x, y) in [(0.0, 0.0), (2.0, 0.0), (4.0, 1.0), (3.0, 2.0), (2.0, 1.0), (0.0, 3.0), (1.5, 1.5)] {
+            assert_eq!(at(x, y), Containment::Boundary, "{x} {y}");
+        }
+        assert_eq!(at(3.0, 2.0 - 1e-15), Containment::Inside);
+        assert_eq!(at(3.0, 2.0 + 1e-15), Containment::Outside);
+    }
+
+    #[test]
+    fn a_small_polygon_far_from_the_origin_keeps_its_area() {
+        let far = ring(&[[1e6, 1e6], [1e6 + 0.5, 1e6], [1e6 + 0.5, 1e6 + 0.5], [1e6, 1e6 + 0.5]]);
+        assert_eq!(far.area, 0.25);
+    }
+
+    #[test]
+    fn halves_of_a_square_are_not_the_same_and_not_in_each_other() {
+        let halves = [
+            ring(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]),
+            ring(&[[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]),
+            ring(&[[1.0, 1.0], [0.0, 0.0], [1.0, 0.0]]),
+        ];
+        let nesting = nest(&halves);
+        assert_eq!(nesting.twins, [(0, 2)]);
+        assert_eq!(nesting.rings, [(0, None), (0, None), (0, None)]);
+    }
+}

@@ -220,3 +220,57 @@ fn run(points: &[DVec3]) -> Run {
         Run::Curved
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::nurbs::{Curve2, KnotVector};
+
+    fn curve(degree: usize, knots: &[f64], weights: Option<Vec<f64>>) -> Curve2 {
+        let knots = KnotVector::new(degree, knots.to_vec(), "knots").unwrap();
+        let control =
+            (0..knots.control_count()).map(|i| DVec2::from_angle(i as f64 * 1.3) * (1.0 + i as f64)).collect();
+        Curve2::new(knots, control, weights).unwrap()
+    }
+
+    #[test]
+    fn pieces_are_the_curve_at_every_parameter() {
+        let curves = [
+            curve(1, &[-1.0, 0.0, 0.5, 2.0, 3.0], None),
+            curve(3, &[0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 2.0], None),
+            curve(3, &[0.0, 1.0, 1.5, 2.0, 3.5, 4.0, 6.0, 7.0, 8.0], None),
+            curve(2, &[0.0, 0.0, 0.0, 1.0, 1.0, 3.0, 3.0, 3.0], Some(vec![1.0, 0.3, 2.0, 0.7, 1.0])),
+        ];
+        for c in curves {
+            let mut pieces = Pieces::default();
+            let trim = TrimCurve { shape: TrimShape::Nurbs(c.clone()), reversed: false };
+            let range = pieces.push_curve(&trim);
+            pieces.seal(range);
+            for piece in &pieces.list {
+                for k in 0..=20 {
+                    let s = f64::from(k) / 20.0;
+                    let (got, exact) = (pieces.point(piece, s), c.point(piece.parameter(s)));
+                    assert!(got.distance(exact) < 1e-13, "{got} for {exact}");
+                }
+                let width = piece.t[1] - piece.t[0];
+                let [first, last] = pieces.end_derivatives(piece);
+                let inside = 1e-9 * width;
+                for (d, t) in [(first, piece.t[0] + inside), (last, piece.t[1] - inside)] {
+                    assert!((d - c.derivatives(t)[1] * width).length() < 1e-6 * (1.0 + d.length()));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn runs_along_a_parameter_line_only_when_it_does_not_turn_back() {
+        let run_of = |points: &[[f64; 2]]| {
+            let points: Vec<DVec3> = points.iter().map(|p| DVec3::new(p[0], p[1], 1.0)).collect();
+            run(&points)
+        };
+        assert_eq!(run_of(&[[1.0, 0.0], [1.0, 0.5], [1.0, 2.0]]), Run::ConstantU);
+        assert_eq!(run_of(&[[3.0, 1.0], [1.0, 1.0]]), Run::ConstantV);
+        assert_eq!(run_of(&[[1.0, 0.0], [1.0, 3.0], [1.0, 2.0]]), Run::Curved);
+        assert_eq!(run_of(&[[1.0, 0.0], [2.0, 3.0]]), Run::Line);
+    }
+}

@@ -32,10 +32,8 @@ impl CheckedTrims {
         let mut chords = Chords::new(self, Metric::of(surface), tolerance);
         for (index, checked) in self.loops.iter().enumerate() {
             let start = outline.points.len();
-            for (place, curve) in checked.curves.iter().enumerate() {
-                if !chords.curve(curve, place as u32, &mut outline.points, MAX_POINTS) {
-                    return Err(TrimmingError::TooIntricate { what: "points on the loops", limit: MAX_POINTS });
-                }
+            if !chords.whole(checked, &mut outline.points, MAX_POINTS) {
+                return Err(TrimmingError::TooIntricate { what: "points on the loops", limit: MAX_POINTS });
             }
             let first = outline.points[start].uv;
             if !outline.close(index, start) {

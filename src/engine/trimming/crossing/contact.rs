@@ -183,3 +183,107 @@ fn part(outline: &Outline, p: DVec2, a: Spot, b: Spot, along: bool) -> Option<Si
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::trimming::chord::ChordPoint;
+
+    fn outline(loops: &[&[[i32; 2]]]) -> Outline {
+        let mut outline = Outline::default();
+        for (index, points) in loops.iter().enumerate() {
+            let start = outline.points.len();
+            outline.points.extend(points.iter().map(|p| ChordPoint {
+                uv: DVec2::new(f64::from(p[0]), f64::from(p[1])),
+                place: 0,
+                t: [0.0, 1.0],
+                deviation: 0.0,
+                corner: true,
+            }));
+            outline.close(index, start);
+        }
+        outline
+    }
+
+    fn crosses(loops: &[&[[i32; 2]]]) -> bool {
+        let outline = outline(loops);
+        let n = outline.points.len();
+        (0..n).any(|i| {
+            (i + 1..n).any(|j| outline.next(i) != j && outline.next(j) != i && cross(&outline, i, j, |_| 0.0).is_some())
+        })
+    }
+
+    /// Both orientations of both loops, and both orders of them.
+    fn all_ways(a: &[[i32; 2]], b: &[[i32; 2]]) -> Vec<bool> {
+        let turned = |l: &[[i32; 2]]| l.iter().rev().copied().collect::<Vec<_>>();
+        let (x, y) = (turned(a), turned(b));
+        vec![
+            crosses(&[a, b]),
+            crosses(&[&x, b]),
+            crosses(&[a, &y]),
+            crosses(&[&x, &y]),
+            crosses(&[b, a]),
+            crosses(&[&y, a]),
+            crosses(&[b, &x]),
+        ]
+    }
+
+    const SQUARE: [[i32; 2]; 4] = [[0, 0], [8, 0], [8, 8], [0, 8]];
+
+    #[test]
+    fn touching_is_not_crossing_whichever_way_the_loops_run() {
+        let touching: [&[[i32; 2]]; 7] = [
+            // A corner on an edge from inside and from outside, a corner on a corner.
+            &[[4, 0], [6, 4], [2, 4]],
+            &[[4, 0], [6, -4], [2, -4]],
+            &[[8, 8], [12, 8], [12, 12]],
+            // A shared stretch inside an edge, around a corner from inside and from outside.
+            &[[2, 0], [6, 0], [4, 4]],
+            &[[0, 2], [0, 0], [2, 0], [4, 4]],
+            &[[8, 4], [8, 12], [4, 8], [8, 8]],
+            // A corner that reaches into a corner.
+            &[[0, 0], [4, 2], [2, 4]],
+        ];
+        for b in touching {
+            assert!(all_ways(&SQUARE, b).iter().all(|c| !c), "{b:?}");
+        }
+    }
+
+    #[test]
+    fn crossing_is_found_whichever_way_the_loops_run() {
+        let crossing: [&[[i32; 2]]; 6] = [
+            // Through edges, through a corner, through points of its own on an edge.
+            &[[4, 4], [12, 4], [12, 6]],
+            &[[4, 4], [12, 12], [12, 4]],
+            &[[4, 4], [8, 4], [12, 6], [8, 6]],
+            // In along an edge, along two edges, against them.
+            &[[2, -4], [2, 0], [6, 0], [6, 4], [12, 4], [12, -4]],
+            &[[4, -4], [4, 0], [8, 0], [8, 4], [4, 4], [2, 2], [2, -4]],
+            &[[12, 2], [8, 2], [8, 6], [4, 6], [4, 12], [12, 12]],
+        ];
+        for b in crossing {
+            assert!(all_ways(&SQUARE, b).iter().all(|c| *c), "{b:?} {:?}", all_ways(&SQUARE, b));
+        }
+    }
+
+    #[test]
+    fn a_loop_may_meet_itself_and_may_not_pass_through() {
+        assert!(!crosses(&[&[[0, 0], [4, 4], [8, 0], [8, 8], [4, 4], [0, 8]]]));
+        assert!(crosses(&[&[[0, 0], [4, 4], [8, 8], [8, 0], [4, 4], [0, 8]]]));
+        // A keyhole: out to the hole and back along the same way.
+        assert!(!crosses(&[&[
+            [0, 0],
+            [8, 0],
+            [8, 8],
+            [0, 8],
+            [0, 4],
+            [2, 4],
+            [2, 6],
+            [6, 6],
+            [6, 2],
+            [2, 2],
+            [2, 4],
+            [0, 4]
+        ]]));
+    }
+}

@@ -7,18 +7,20 @@
 mod contact;
 mod outline;
 mod touch;
+mod weld;
 
 use glam::DVec2;
 
 use super::checked::CheckedTrims;
 use super::chord::ChordPoint;
-use super::weld::{Spot, Touch};
 use contact::{Cross, cross, distance};
 use outline::{Box2, Tree};
+use weld::Spot;
 
 pub(super) use contact::orient;
 pub(super) use outline::Outline;
 pub(super) use touch::{Encounter, encounter};
+pub(super) use weld::{Touch, weld};
 
 /// How often segments are halved: a deviation falls by four each time, so from a hundredth of the domain to below a
 /// thousand-millionth.

@@ -150,3 +150,31 @@ impl Tree {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn the_tree_finds_every_pair_of_boxes_that_meet_once(
+            corners in prop::collection::vec((0.0..1.0_f64, 0.0..1.0_f64, 0.0..0.2_f64, 0.0..0.2_f64), 0..60),
+        ) {
+            let boxes: Vec<Box2> =
+                corners.iter().map(|&(x, y, w, h)| [DVec2::new(x, y), DVec2::new(x + w, y + h)]).collect();
+            let mut found = Vec::new();
+            Tree::new(boxes.clone()).pairs(|i, j| {
+                found.push((i, j));
+                true
+            });
+            found.sort_unstable();
+            let all = (0..boxes.len()).flat_map(|i| (i + 1..boxes.len()).map(move |j| (i, j)));
+            let known: Vec<_> = all.filter(|&(i, j)| meet(&boxes[i], &boxes[j])).collect();
+            prop_assert_eq!(found, known);
+        }
+    }
+}

@@ -7,8 +7,8 @@
 use glam::DVec2;
 
 use super::TOUCH;
+use super::weld::Touch;
 use crate::engine::trimming::checked::{CheckedCurve, CheckedTrims};
-use crate::engine::trimming::weld::Touch;
 
 /// Chords on either side that the curves are followed.
 const WINDOW: f64 = 4.0;

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::samples::{circle, polygon, rectangle, square, trimmed};
 use crate::engine::error::{Located, Place};
-use crate::engine::nurbs::{Curve2, KnotVector};
+use crate::engine::nurbs::{Curve2, KnotVector, shapes};
 use crate::engine::trimming::{TrimCurve, TrimLoop, TrimShape, TrimmedSurface, TrimmingError};
 
 fn errors(loops: Vec<TrimLoop>) -> Vec<TrimmingError> {
@@ -147,5 +147,47 @@ fn a_thin_wall_between_curves_does_not_let_coarse_polylines_cross() {
     assert_eq!(region.loops[1].depth, 1);
     for [a, b] in region.loops[0].segments() {
         assert!(((a + b) * 0.5).distance(DVec2::splat(0.5)) > 0.2999 * 0.9);
+    }
+}
+
+#[test]
+fn a_jump_along_a_pole_is_bridged_and_a_jump_across_a_seam_is_refused() {
+    let line = |a: [f64; 2], b: [f64; 2]| TrimCurve {
+        shape: TrimShape::Polyline(vec![DVec2::from_array(a), DVec2::from_array(b)]),
+        reversed: false,
+    };
+    // A quarter of a sphere without the edge at the upper pole (v = 2), and one without the edge at v = 1.
+    let quarter = |top: f64| {
+        let curves = vec![line([0.0, 1.0], [1.0, 1.0]), line([1.0, 1.0], [1.0, top]), line([0.0, top], [0.0, 1.0])];
+        trimmed(shapes::sphere(10.0), vec![TrimLoop { curves }])
+    };
+    let face = quarter(2.0);
+    let trims = face.check().unwrap();
+    assert_eq!(trims.warnings().len(), 1);
+    let region = trims.polygonise(&face.surface, 0.01).unwrap();
+    assert!((region.area() - 1.0).abs() < 1e-12 && region.loops[0].points.len() == 4);
+
+    let found = quarter(1.5).check().unwrap_err();
+    let [TrimmingError::Gap { curve: 1, gap_mm, .. }] = &found[..] else { panic!("{found:?}") };
+    // A quarter of the circle of latitude at 45 degrees, by chords.
+    assert!((gap_mm / (10.0 * std::f64::consts::FRAC_PI_2 * 0.5_f64.sqrt()) - 1.0).abs() < 0.01, "{gap_mm}");
+
+    let around = vec![line([0.0, 0.2], [4.0, 0.2]), line([0.0, 0.8], [4.0, 0.8])];
+    let found = trimmed(shapes::cylinder(10.0, 50.0), vec![TrimLoop { curves: around }]).check().unwrap_err();
+    assert_eq!(found.len(), 2, "{found:?}");
+}
+
+#[test]
+fn sizes_do_not_matter() {
+    for size in [1e-3, 1.0, 1e5] {
+        let face = |gap: f64| {
+            let mut face = gapped(gap);
+            face.surface = square(0.0, size);
+            face
+        };
+        assert_eq!(face(1e-5).check().unwrap().warnings().len(), 1);
+        assert_eq!(face(1e-3).check().unwrap_err().len(), 1);
+        let region = face(0.0).check().unwrap().polygonise(&face(0.0).surface, 1e-3 * size).unwrap();
+        assert!((region.area() - 0.36).abs() < 1e-15);
     }
 }

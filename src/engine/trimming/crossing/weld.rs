@@ -8,33 +8,33 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use super::checked::CheckedTrims;
-use super::pieces::Pieces;
+use crate::engine::trimming::checked::CheckedTrims;
+use crate::engine::trimming::pieces::Pieces;
 
 /// A place on a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Spot {
+pub(in crate::engine::trimming) struct Spot {
     /// Place of the loop in [`CheckedTrims::loops`].
-    pub(super) index: usize,
+    pub(in crate::engine::trimming) index: usize,
     /// Place of the curve in the loop's walk.
-    pub(super) place: u32,
+    pub(in crate::engine::trimming) place: u32,
     /// Parameter on the curve.
-    pub(super) t: f64,
+    pub(in crate::engine::trimming) t: f64,
     /// Length in the parameter of the chord that it was found on.
-    pub(super) reach: f64,
+    pub(in crate::engine::trimming) reach: f64,
 }
 
 /// A point where two curves touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Touch {
-    pub(super) spots: [Spot; 2],
-    pub(super) uv: DVec2,
+pub(in crate::engine::trimming) struct Touch {
+    pub(in crate::engine::trimming) spots: [Spot; 2],
+    pub(in crate::engine::trimming) uv: DVec2,
 }
 
 /// Gives the curves a common end of pieces at every touch. Ends no farther from it than `near` are moved there.
 ///
 /// True when something was changed.
-pub(super) fn weld(trims: &mut CheckedTrims, touches: &[Touch], near: DVec2) -> bool {
+pub(in crate::engine::trimming) fn weld(trims: &mut CheckedTrims, touches: &[Touch], near: DVec2) -> bool {
     let mut changed = false;
     for touch in touches {
         for spot in touch.spots {
