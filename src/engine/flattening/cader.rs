@@ -9,12 +9,14 @@
 //! further one allocates nothing. A run takes O(triangles) time. Lengths are millimetres; vertices and triangles are
 //! numbered as in the mesh. Only the seed's piece is reached: a mesh of several pieces is an error here.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
-use super::mapping_order::MappingOrder;
+use super::mapping_order::{MappingOrder, Record};
 use super::rings::Rings;
 use super::unfolding::{Hinge, orientation};
-use super::{Average, Check, Flattening, FlatteningError, LevelCounts, Readings};
+use super::{Average, Check, Flattening, FlatteningError, LevelCounts, Parent, Readings};
 use crate::engine::error::Place;
 use crate::engine::mesh::topology::{NONE, next, prev};
 use crate::engine::mesh::{Mesh, MeshFault, Topology};
@@ -26,6 +28,8 @@ pub struct CaderMesh {
     rings: Rings,
     triangles: Vec<[u32; 3]>,
     vertices: usize,
+    /// No seed has more levels than this.
+    most_levels: usize,
 }
 
 impl CaderMesh {
@@ -47,7 +51,9 @@ impl CaderMesh {
         let mut hinges = Vec::with_capacity(3 * topology.triangle_count());
         for h in 0..3 * topology.triangle_count() as u32 {
             let vertices = [topology.origin(h), topology.target(h), topology.origin(prev(h))];
-            let hinge = Hinge::new(vertices, vertices.map(place), tag(next(h)), tag(prev(h)));
+            // In the order of the triangle's edges: over edge 1 the previous edge (0) comes before the next (2).
+            let (one, two) = if h % 3 == 1 { (prev(h), next(h)) } else { (next(h), prev(h)) };
+            let hinge = Hinge::new(vertices, vertices.map(place), [tag(one), tag(two)]);
             if !hinge.is_sound() {
                 return Err(MeshFault::ZeroArea { triangle: h / 3 });
             }
@@ -58,6 +64,7 @@ impl CaderMesh {
             rings: Rings::new(topology),
             triangles: topology.triangles().to_vec(),
             vertices: topology.vertex_count(),
+            most_levels: most_levels(topology),
         })
     }
 
@@ -73,11 +80,41 @@ impl CaderMesh {
         &self.triangles
     }
 
-    /// The hinge of a tag.
-    #[inline]
-    fn hinge(&self, tag: u32) -> Hinge {
-        self.hinges[(tag - (tag >> 2)) as usize]
+    /// The tag of what lies beyond the border.
+    const fn beyond(&self) -> u32 {
+        4 * self.triangles.len() as u32
     }
+}
+
+/// A bound for the levels of any seed: twice those of one seed of its piece, since the way from any triangle to any other
+/// leads past that one.
+fn most_levels(topology: &Topology) -> usize {
+    let mut seen = vec![false; topology.triangle_count()];
+    let mut queue = Vec::with_capacity(topology.triangle_count());
+    let mut most = 0;
+    for first in 0..topology.triangle_count() as u32 {
+        if std::mem::replace(&mut seen[first as usize], true) {
+            continue;
+        }
+        let mut from = queue.len();
+        queue.push(first);
+        let mut levels = 0;
+        while from < queue.len() {
+            let level = from..queue.len();
+            from = level.end;
+            levels += 1;
+            for at in level {
+                for h in 3 * queue[at]..3 * queue[at] + 3 {
+                    let twin = topology.twin(h);
+                    if twin != NONE && !std::mem::replace(&mut seen[(twin / 3) as usize], true) {
+                        queue.push(twin / 3);
+                    }
+                }
+            }
+        }
+        most = most.max(2 * levels);
+    }
+    most
 }
 
 /// Why a run stopped. Small and without a place: a search stops thousands of times.
@@ -171,6 +208,7 @@ impl Scratch {
         self.positions.clear();
         self.positions.resize(mesh.vertices, 0);
         self.levels.clear();
+        self.levels.reserve(mesh.most_levels);
         self.flattened = 0;
     }
 }
@@ -184,11 +222,7 @@ pub fn flatten(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Sc
         return Err(Stop::SeedOutOfRange);
     }
     scratch.begin(mesh, seed);
-    let result = run(mesh, readings, seed, scratch);
-    // The eccentricities of two triangles differ by a factor of at most 2: no later seed needs more room.
-    let enough = 2 * scratch.levels.len() + 2;
-    scratch.levels.reserve(enough.saturating_sub(scratch.levels.len()));
-    result
+    run(mesh, readings, seed, scratch)
 }
 
 /// A flattening together with the reason why it is partial, if it is.
@@ -220,20 +254,20 @@ pub fn flatten_once(
 }
 
 fn run(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) -> Result<(), Stop> {
-    lay_seed(mesh, readings, seed, scratch);
+    lay_seed(mesh, readings.parent, seed, scratch);
     let (mut from, mut to) = (1, scratch.order.len());
     while from < to {
         scratch.order.arrange(from, readings.order);
         let level = scratch.levels.len() as u32;
-        let mut counts = LevelCounts::default();
-        for at in from..to {
-            let step = process(mesh, readings, at, scratch, &mut counts);
-            if let Err(triangle) = step {
-                scratch.levels.push(counts);
-                return Err(Stop::Flipped { triangle, level, flattened: at as u32 + 1 });
-            }
-        }
+        let (counts, flipped) = match readings.parent {
+            Parent::First => process::<false>(mesh, readings, from..to, scratch),
+            Parent::Last => process::<true>(mesh, readings, from..to, scratch),
+        };
         scratch.levels.push(counts);
+        scratch.flattened = from + counts.triangles as usize;
+        if let Some(triangle) = flipped {
+            return Err(Stop::Flipped { triangle, level, flattened: scratch.flattened as u32 });
+        }
         (from, to) = (to, scratch.order.len());
     }
     if to < mesh.triangle_count() {
@@ -249,104 +283,118 @@ fn run(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) -
 }
 
 /// Lays the seed as 4.2.1 says: its first corner at the origin, its second on +x.
-fn lay_seed(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) {
-    let tag = scratch.order.tag(0, super::Parent::First);
-    let hinge = mesh.hinge(tag);
+fn lay_seed(mesh: &CaderMesh, parent: Parent, seed: u32, scratch: &mut Scratch) {
+    let [hinge, second] = [mesh.hinges[3 * seed as usize], mesh.hinges[3 * seed as usize + 1]];
     for (vertex, place) in [hinge.start, hinge.end, hinge.apex].into_iter().zip(hinge.at_origin()) {
         scratch.flat[vertex as usize] = place;
         scratch.positions[vertex as usize] = 1;
     }
-    scratch.order.done(seed);
-    // Over its first edge, its second, its third: the neighbour across the first is "before" of the second hinge.
-    let across_first = mesh.hinge(tag + 1).before;
-    for neighbour in [across_first, hinge.after, hinge.before] {
-        scratch.order.touch(neighbour, readings.parent);
-    }
-    scratch.flattened = 1;
+    let mut walk = scratch.order.walk();
+    // The first neighbour of the second hinge is the one across the seed's first edge.
+    walk.touch([second.neighbours[0], hinge.neighbours[0]], parent);
+    walk.touch([hinge.neighbours[1], mesh.beyond()], parent);
+    let queued = walk.len();
+    scratch.order.end(queued);
     scratch.levels.push(LevelCounts { triangles: 1, ..LevelCounts::default() });
+    scratch.flattened = 1;
 }
 
-/// Unfolds the triangle at one place of the mapping order. Err: the least triangle that turned over.
-#[inline]
-fn process(
+/// Unfolds the triangles of one level in their order, as far as the first whose apex turns a triangle over: gives what
+/// was counted, and the least triangle that turned over.
+///
+/// All that the loop needs stands in local slices, and nothing in it allocates.
+fn process<const LAST: bool>(
     mesh: &CaderMesh,
     readings: Readings,
-    at: usize,
+    level: Range<usize>,
     scratch: &mut Scratch,
-    counts: &mut LevelCounts,
-) -> Result<(), u32> {
-    let Scratch { order, flat, positions, flattened, .. } = scratch;
-    *flattened = at + 1;
-    counts.triangles += 1;
-    let tag = order.tag(at, readings.parent);
-    let triangle = tag >> 2;
-    let hinge = mesh.hinge(tag);
-    let (a, b) = (flat[hinge.start as usize], flat[hinge.end as usize]);
-    let new = hinge.unfold(a, b, readings.anchor);
-    let apex = hinge.apex as usize;
-    let before = positions[apex];
-    positions[apex] = before + 1;
-    order.done(triangle);
-    if before == 0 {
-        flat[apex] = new;
-        // A reading that lets neighbours turn over may leave an edge without length: then there is no place.
-        if readings.check == Check::Current && !new.is_finite() {
-            return Err(triangle);
-        }
-    } else {
-        let moved = match readings.average {
-            Average::Pair => (flat[apex] + new) * 0.5,
-            Average::Running => flat[apex] + (new - flat[apex]) / f64::from(before + 1),
+) -> (LevelCounts, Option<u32>) {
+    let parent = if LAST { Parent::Last } else { Parent::First };
+    let flat = scratch.flat.as_mut_slice();
+    let positions = scratch.positions.as_mut_slice();
+    let hinges = mesh.hinges.as_slice();
+    let mut walk = scratch.order.walk();
+    let (mut averaged, mut duplicates) = (0, 0);
+    let mut at = level.start;
+    let mut flipped = None;
+    while at < level.end {
+        let tag = walk.tag(at, parent);
+        at += 1;
+        let hinge = &hinges[(tag - (tag >> 2)) as usize];
+        let (a, b) = (flat[hinge.start as usize], flat[hinge.end as usize]);
+        walk.touch(hinge.neighbours, parent);
+        let new = hinge.unfold(a, b, readings.anchor);
+        let apex = hinge.apex as usize;
+        let before = positions[apex];
+        positions[apex] = before + 1;
+        let suspicious = if before == 0 {
+            flat[apex] = new.tip();
+            // A reading that lets neighbours turn over may leave an edge without length: then there is no place.
+            readings.check == Check::Current && !flat[apex].is_finite()
+        } else {
+            let old = flat[apex];
+            let moved = match readings.average {
+                Average::Pair => new.midway(old),
+                Average::Running => old + (new.tip() - old) / f64::from(before + 1),
+            };
+            flat[apex] = moved;
+            averaged += 1;
+            duplicates += u32::from(before > 1);
+            match readings.check {
+                Check::Incident => looks_flipped(mesh.rings.of(hinge.apex), flat, moved),
+                Check::Current => !lies_upright([a, b, moved]),
+                Check::Final => false,
+            }
         };
-        flat[apex] = moved;
-        counts.averaged += 1;
-        counts.duplicates += u32::from(before > 1);
-        let flipped = match readings.check {
-            Check::Incident => flipped_at(mesh, order, flat, hinge.apex),
-            Check::Current => (!(orientation(a, b, moved) > 0.0)).then_some(triangle),
-            Check::Final => None,
-        };
-        if let Some(flipped) = flipped {
-            return Err(flipped);
+        if suspicious {
+            flipped = match readings.check {
+                Check::Incident => least_flipped_at(mesh, walk.record(at), flat, hinge.apex),
+                Check::Current | Check::Final => Some(tag >> 2),
+            };
+            if flipped.is_some() {
+                break;
+            }
         }
     }
-    order.touch_pair(tag, hinge.after, hinge.before, readings.parent);
-    Ok(())
+    let queued = walk.len();
+    scratch.order.end(queued);
+    (LevelCounts { triangles: (at - level.start) as u32, averaged, duplicates }, flipped)
 }
 
-/// The least flattened triangle at a vertex that has turned over.
+/// The least triangle at a vertex that has turned over, of those taken: a triangle whose corners all lie may still be
+/// waiting for its turn.
+#[cold]
+fn least_flipped_at(mesh: &CaderMesh, mut record: Record, flat: &[DVec2], vertex: u32) -> Option<u32> {
+    let place = |v: u32| flat[v as usize];
+    let pairs = mesh.rings.of(vertex).windows(2).zip(mesh.rings.triangles_of(vertex));
+    pairs
+        .filter(|(pair, _)| orientation(place(vertex), place(pair[0]), place(pair[1])) <= 0.0)
+        .map(|(_, &triangle)| triangle)
+        .filter(|&triangle| triangle != NONE && record.is_done(triangle))
+        .min()
+}
+
+/// Whether some triangle of a ring, flattened or not, is turned over.
 #[inline]
-fn flipped_at(mesh: &CaderMesh, order: &MappingOrder, flat: &[DVec2], vertex: u32) -> Option<u32> {
-    let centre = flat[vertex as usize];
-    let ring = mesh.rings.of(vertex);
+fn looks_flipped(ring: &[u32], flat: &[DVec2], centre: DVec2) -> bool {
     let mut flipped = false;
     let mut last = DVec2::NAN;
     for &neighbour in ring {
         let spoke = flat[neighbour as usize] - centre;
         // False for a neighbour that does not lie yet: its place is NaN.
-        flipped |= last.perp_dot(spoke) <= 0.0;
+        flipped |= last.x * spoke.y <= last.y * spoke.x;
         last = spoke;
     }
-    if flipped { least_flipped_at(mesh, order, flat, vertex) } else { None }
-}
-
-/// The same, looking closely: a triangle whose corners all lie may still be waiting for its turn.
-#[cold]
-fn least_flipped_at(mesh: &CaderMesh, order: &MappingOrder, flat: &[DVec2], vertex: u32) -> Option<u32> {
-    let centre = flat[vertex as usize];
-    let pairs = mesh.rings.of(vertex).windows(2).zip(mesh.rings.triangles_of(vertex));
-    pairs
-        .filter(|(pair, _)| orientation(centre, flat[pair[0] as usize], flat[pair[1] as usize]) <= 0.0)
-        .map(|(_, &triangle)| triangle)
-        .filter(|&triangle| triangle != NONE && order.is_done(triangle))
-        .min()
+    flipped
 }
 
 /// The least triangle that lies turned over, or nowhere.
 fn first_flipped(mesh: &CaderMesh, flat: &[DVec2]) -> Option<u32> {
-    let flipped = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(|v| flat[v as usize]);
-        !(orientation(a, b, c) > 0.0)
-    };
-    mesh.triangles.iter().position(flipped).map(|t| t as u32)
+    let upright = |corners: &[u32; 3]| lies_upright(corners.map(|v| flat[v as usize]));
+    mesh.triangles.iter().position(|corners| !upright(corners)).map(|t| t as u32)
+}
+
+/// Whether a triangle lies somewhere and is not turned over.
+fn lies_upright([a, b, c]: [DVec2; 3]) -> bool {
+    orientation(a, b, c) > 0.0
 }

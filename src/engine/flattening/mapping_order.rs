@@ -10,20 +10,27 @@
 
 use super::{Order, Parent};
 
-/// Not met yet.
+/// A triangle that has not been met.
 const UNSEEN: u8 = 0;
-/// In the queue, or the triangle beyond the border.
-const QUEUED: u8 = 1;
-/// Flattened.
+/// Bit of one that is in the queue or has been taken from it, or that lies beyond the border.
+const SEEN: u8 = 1;
+/// Bit of one that is known to have been taken.
 const DONE: u8 = 2;
 
-/// The queue of one run, reused by the next.
+/// Moves that the insertion sort of a level may make, for each triangle of it. Levels come nearly sorted on grids (a
+/// move or two for each triangle at most), and then nothing is faster; a level that needs more is left to the library.
+const MOVES: usize = 8;
+
+/// Memory of the mapping order, reused by the next run.
 #[derive(Debug, Clone, Default)]
 pub(super) struct MappingOrder {
     /// Tags in the order of processing: the half-edge that each triangle is unfolded over.
     queue: Vec<u32>,
     queued: usize,
+    /// [`UNSEEN`], or the bits [`SEEN`] and [`DONE`], for each triangle.
     seen: Vec<u8>,
+    /// How many triangles of the queue are marked as done: they are marked when someone asks.
+    marked: usize,
     /// For `Parent::Last`: the half-edge through which each triangle was touched last.
     touched: Vec<u32>,
 }
@@ -31,15 +38,27 @@ pub(super) struct MappingOrder {
 impl MappingOrder {
     /// Forgets the last run and begins with a seed.
     pub(super) fn begin(&mut self, triangles: usize, seed: u32) {
-        // Each of a triangle's neighbours is written to the queue's end before it is known to be new.
-        self.queue.resize(triangles + 1, 0);
+        // A triangle's two neighbours are written to the queue's end before it is known whether they are new.
+        self.queue.resize(triangles + 2, 0);
         self.seen.clear();
         self.seen.resize(triangles + 1, UNSEEN);
-        self.seen[triangles] = QUEUED;
+        self.seen[triangles] = SEEN;
         self.touched.resize(triangles + 1, 0);
         self.queue[0] = 4 * seed;
         self.queued = 1;
-        self.seen[seed as usize] = QUEUED;
+        self.seen[seed as usize] = SEEN;
+        self.marked = 0;
+    }
+
+    /// The order while triangles are processed; [`MappingOrder::end`] keeps how far it came.
+    pub(super) fn walk(&mut self) -> Walk<'_> {
+        let Self { queue, seen, touched, queued, marked } = self;
+        Walk { queue, seen, touched, queued: *queued, marked }
+    }
+
+    /// Keeps how far a walk came.
+    pub(super) const fn end(&mut self, queued: usize) {
+        self.queued = queued;
     }
 
     /// How many triangles have been discovered.
@@ -52,8 +71,40 @@ impl MappingOrder {
         self.queue[..self.queued].iter().map(|tag| tag >> 2)
     }
 
-    /// The tag of place `at` in the order, with the half-edge that the reading unfolds over.
-    pub(super) fn tag(&mut self, at: usize, parent: Parent) -> u32 {
+    /// Brings a level that has just been discovered, `from..len()`, into order.
+    pub(super) fn arrange(&mut self, from: usize, order: Order) {
+        if order == Order::Index {
+            sort_nearly_sorted(&mut self.queue[from..self.queued]);
+        }
+    }
+}
+
+/// The mapping order while triangles are processed: slices and a counter, which a loop keeps in registers.
+pub(super) struct Walk<'a> {
+    queue: &'a mut [u32],
+    seen: &'a mut [u8],
+    touched: &'a mut [u32],
+    queued: usize,
+    marked: &'a mut usize,
+}
+
+impl Walk<'_> {
+    /// Asks which triangles have been taken, when the first `taken` of the order have. Askers of one run must not go
+    /// back in the order; all of them together take no longer than the run.
+    #[inline]
+    pub(super) fn record(&mut self, taken: usize) -> Record<'_> {
+        Record { taken: &self.queue[..taken], seen: self.seen, marked: self.marked }
+    }
+
+    /// How many triangles have been discovered.
+    #[inline]
+    pub(super) const fn len(&self) -> usize {
+        self.queued
+    }
+
+    /// The triangle at one place of the order: the tag of the half-edge that it is unfolded over.
+    #[inline]
+    pub(super) fn tag(&self, at: usize, parent: Parent) -> u32 {
         let tag = self.queue[at];
         match parent {
             Parent::First => tag,
@@ -61,40 +112,132 @@ impl MappingOrder {
         }
     }
 
-    /// Marks a triangle as flattened.
-    pub(super) fn done(&mut self, triangle: u32) {
-        self.seen[triangle as usize] = DONE;
-    }
-
-    /// Whether a triangle has been flattened.
-    pub(super) fn is_done(&self, triangle: u32) -> bool {
-        self.seen[triangle as usize] == DONE
-    }
-
-    /// A neighbour of the triangle that is being processed, by the tag of the neighbour's own half-edge.
-    pub(super) fn touch(&mut self, tag: u32, parent: Parent) {
-        let triangle = (tag >> 2) as usize;
-        self.queue[self.queued] = tag;
-        let seen = self.seen[triangle];
-        self.queued += usize::from(seen == UNSEEN);
-        self.seen[triangle] = seen.max(QUEUED);
+    /// Meets two neighbours of the triangle that is being processed, by the tags of their own half-edges.
+    #[inline]
+    pub(super) fn touch(&mut self, [one, two]: [u32; 2], parent: Parent) {
+        let [s, t] = [(one >> 2) as usize, (two >> 2) as usize];
+        let ends = &mut self.queue[self.queued..self.queued + 2];
+        ends[0] = one;
+        let new_one = self.seen[s] == UNSEEN;
+        self.seen[s] |= SEEN;
+        ends[usize::from(new_one)] = two;
+        let new_two = self.seen[t] == UNSEEN;
+        self.seen[t] |= SEEN;
+        self.queued += usize::from(new_one) + usize::from(new_two);
         if parent == Parent::Last {
-            self.touched[triangle] = tag;
+            self.touched[s] = one;
+            self.touched[t] = two;
+        }
+    }
+}
+
+/// Which triangles have been taken.
+pub(super) struct Record<'a> {
+    taken: &'a [u32],
+    seen: &'a mut [u8],
+    marked: &'a mut usize,
+}
+
+impl Record<'_> {
+    /// Whether a triangle has been taken.
+    pub(super) fn is_done(&mut self, triangle: u32) -> bool {
+        for tag in &self.taken[*self.marked..] {
+            self.seen[(tag >> 2) as usize] |= DONE;
+        }
+        *self.marked = self.taken.len();
+        self.seen[triangle as usize] & DONE != 0
+    }
+}
+
+/// Insertion sort as long as there is little to move.
+fn sort_nearly_sorted(tags: &mut [u32]) {
+    let mut moves = MOVES * tags.len();
+    let mut greatest = 0;
+    for i in 0..tags.len() {
+        let tag = tags[i];
+        if tag >= greatest {
+            greatest = tag;
+            continue;
+        }
+        let mut j = i;
+        while j > 0 && tags[j - 1] > tag {
+            tags[j] = tags[j - 1];
+            j -= 1;
+        }
+        tags[j] = tag;
+        let moved = i - j;
+        if moved > moves {
+            tags.sort_unstable();
+            return;
+        }
+        moves -= moved;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn levels_are_sorted_however_they_come(mut tags in prop::collection::vec(0..5000_u32, 0..400)) {
+            let mut expected = tags.clone();
+            expected.sort_unstable();
+            sort_nearly_sorted(&mut tags);
+            prop_assert_eq!(tags, expected);
+        }
+
+        #[test]
+        fn nearly_sorted_levels_are_sorted(swaps in prop::collection::vec((0..90_usize, 1..9_usize), 0..200)) {
+            let mut tags: Vec<u32> = (0..100).collect();
+            for (i, by) in swaps {
+                tags.swap(i, i + by);
+            }
+            sort_nearly_sorted(&mut tags);
+            prop_assert_eq!(tags, (0..100).collect::<Vec<u32>>());
         }
     }
 
-    /// The two other neighbours of a triangle that was unfolded over `over`, in the order of its edges.
-    pub(super) fn touch_pair(&mut self, over: u32, after: u32, before: u32, parent: Parent) {
-        // Edges in the order 0, 1, 2: over edge 1 the previous one (0) comes before the next (2).
-        let (one, two) = if over & 3 == 1 { (before, after) } else { (after, before) };
-        self.touch(one, parent);
-        self.touch(two, parent);
+    #[test]
+    fn a_strip_is_walked_in_both_directions_and_ends_at_its_borders() {
+        // Three triangles in a row; the tag 4 * 3 stands for what lies beyond the border.
+        let mut order = MappingOrder::default();
+        order.begin(3, 1);
+        let mut walk = order.walk();
+        assert_eq!(walk.tag(0, Parent::First), 4);
+        walk.touch([10, 12], Parent::First);
+        walk.touch([12, 1], Parent::First);
+        let queued = walk.len();
+        order.end(queued);
+        assert_eq!(order.len(), 3);
+        order.arrange(1, Order::Index);
+        let mut walk = order.walk();
+        assert_eq!([walk.tag(1, Parent::First), walk.tag(2, Parent::First)], [1, 10]);
+        walk.touch([12, 4], Parent::First);
+        assert_eq!(walk.len(), 3);
+        assert_eq!(order.triangles().collect::<Vec<_>>(), [1, 0, 2]);
     }
 
-    /// Brings a level that has just been discovered, `from..len()`, into order.
-    pub(super) fn arrange(&mut self, from: usize, order: Order) {
-        if order == Order::Index {
-            self.queue[from..self.queued].sort_unstable();
-        }
+    #[test]
+    fn triangles_are_done_when_the_order_has_passed_them() {
+        let mut order = MappingOrder::default();
+        order.begin(3, 0);
+        let mut walk = order.walk();
+        walk.touch([4, 8], Parent::First);
+        assert!(walk.record(1).is_done(0) && !walk.record(1).is_done(1));
+        assert!(walk.record(2).is_done(1) && !walk.record(2).is_done(2));
+    }
+
+    #[test]
+    fn the_last_touch_before_its_turn_is_what_last_unfolds_over() {
+        let mut order = MappingOrder::default();
+        order.begin(4, 0);
+        let mut walk = order.walk();
+        walk.touch([4, 5], Parent::Last);
+        walk.touch([16, 6], Parent::Last);
+        assert_eq!(walk.len(), 2);
+        assert_eq!(walk.tag(1, Parent::Last), 6);
     }
 }

@@ -87,7 +87,7 @@ pub struct Readings {
     pub order: Order,
     /// Shared edge of a triangle whose vertices are all placed.
     pub parent: Parent,
-    /// Anchor p_s.
+    /// Anchor `p_s`.
     pub anchor: Anchor,
     /// Averaging.
     pub average: Average,

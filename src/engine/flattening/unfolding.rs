@@ -21,20 +21,19 @@ pub(super) struct Hinge {
     pub(super) start: u32,
     pub(super) end: u32,
     pub(super) apex: u32,
-    /// Tags of the neighbours across the next and the previous edge of the triangle.
-    pub(super) after: u32,
-    pub(super) before: u32,
+    /// Tags of the neighbours across the two other edges, in the order of the triangle's edges.
+    pub(super) neighbours: [u32; 2],
 }
 
 impl Hinge {
     /// The hinge of corners `start`, `end`, `apex` at these places. The height is not positive for a flat triangle.
-    pub(super) fn new(vertices: [u32; 3], places: [DVec3; 3], after: u32, before: u32) -> Self {
+    pub(super) fn new(vertices: [u32; 3], places: [DVec3; 3], neighbours: [u32; 2]) -> Self {
         let [a, b, c] = places;
         let edge = b - a;
         let length = edge.length();
         let foot = [(c - a).dot(edge) / length, (c - b).dot(edge) / length];
         let height = edge.cross(c - a).length() / length;
-        Self { foot, height, start: vertices[0], end: vertices[1], apex: vertices[2], after, before }
+        Self { foot, height, start: vertices[0], end: vertices[1], apex: vertices[2], neighbours }
     }
 
     /// Whether the triangle has an area.
@@ -47,15 +46,42 @@ impl Hinge {
         [DVec2::ZERO, DVec2::new(self.foot[0] - self.foot[1], 0.0), DVec2::new(self.foot[0], self.height)]
     }
 
-    /// Where the apex comes to lie when the edge lies from `a` to `b`.
+    /// The arm to where the apex comes to lie when the edge lies from `a` to `b`.
     #[inline]
-    pub(super) fn unfold(&self, a: DVec2, b: DVec2, anchor: Anchor) -> DVec2 {
+    pub(super) fn unfold(&self, a: DVec2, b: DVec2, anchor: Anchor) -> Arm {
         let d = b - a;
-        let (p, foot) = match anchor {
+        let (from, foot) = match anchor {
             Anchor::Start => (a, self.foot[0]),
             Anchor::End => (b, self.foot[1]),
         };
-        p + (d * foot + d.perp() * self.height) / d.length()
+        let squared = d.length_squared();
+        Arm { from, arm: (d * foot + d.perp() * self.height) * (1.0 / squared), length: squared.sqrt() }
+    }
+}
+
+/// A position that is being computed: `from + arm * length`.
+///
+/// Each triangle of a level waits for the apex of the one before, so what costs time is how long one takes and not how
+/// much there is to do. The square root takes longest. Hence the reciprocal is taken of the square beside it, instead of
+/// of the root after it, and all that an average adds is done meanwhile.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arm {
+    from: DVec2,
+    arm: DVec2,
+    length: f64,
+}
+
+impl Arm {
+    /// The position.
+    #[inline]
+    pub(super) fn tip(self) -> DVec2 {
+        self.from + self.arm * self.length
+    }
+
+    /// The middle between the position and another.
+    #[inline]
+    pub(super) fn midway(self, other: DVec2) -> DVec2 {
+        (self.from + other) * 0.5 + (self.arm * 0.5) * self.length
     }
 }
 
@@ -71,7 +97,7 @@ mod tests {
 
     fn hinge() -> (Hinge, [DVec3; 3]) {
         let places = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 2.5, 1.0), DVec3::new(2.0, 6.0, 4.0)];
-        (Hinge::new([0, 1, 2], places, 0, 0), places)
+        (Hinge::new([0, 1, 2], places, [0, 0]), places)
     }
 
     #[test]
@@ -91,10 +117,12 @@ mod tests {
         let (p, turn) = (DVec2::new(-3.0, 8.0), DVec2::from_angle(2.3));
         let q = p + turn * a.distance(b);
         for anchor in [Anchor::Start, Anchor::End] {
-            let r = hinge.unfold(p, q, anchor);
+            let r = hinge.unfold(p, q, anchor).tip();
             assert!((p.distance(r) - a.distance(c)).abs() < 1e-13);
             assert!((q.distance(r) - b.distance(c)).abs() < 1e-13);
             assert!(orientation(p, q, r) > 0.0);
+            let middle = hinge.unfold(p, q, anchor).midway(DVec2::new(2.0, 5.0));
+            assert!(middle.distance((r + DVec2::new(2.0, 5.0)) * 0.5) < 1e-14);
         }
     }
 
@@ -102,8 +130,8 @@ mod tests {
     fn over_a_longer_edge_the_anchor_keeps_its_own_length_and_the_other_does_not() {
         let (hinge, [a, b, c]) = hinge();
         let q = DVec2::new(a.distance(b) * 1.25, 0.0);
-        let from_start = hinge.unfold(DVec2::ZERO, q, Anchor::Start);
-        let from_end = hinge.unfold(DVec2::ZERO, q, Anchor::End);
+        let from_start = hinge.unfold(DVec2::ZERO, q, Anchor::Start).tip();
+        let from_end = hinge.unfold(DVec2::ZERO, q, Anchor::End).tip();
         assert!((from_start.length() - a.distance(c)).abs() < 1e-14);
         assert!((from_end.distance(q) - b.distance(c)).abs() < 1e-14);
         assert!((from_end.x - from_start.x - a.distance(b) * 0.25).abs() < 1e-14);
