@@ -8,6 +8,7 @@ use planish::store::{Digest, NewSurface};
 use serde_json::json;
 
 use crate::support::queue::{LONG, Puppet, ended, enqueue, new_job, open, running, settings, surface};
+use crate::support::{assert_whole, raw};
 
 /// Limits of time are asserted at ten times what is promised: the tests may run on a laden machine.
 const SLACK: u32 = 10;
@@ -232,4 +233,27 @@ async fn a_job_for_a_surface_that_is_not_there_is_not_accepted() {
     let refused = queue.enqueue(new_job(&nowhere, json!({}))).await.unwrap_err();
     assert!(matches!(refused, EnqueueError::NoSurface(id) if id == nowhere));
     assert_eq!(queue.counts().await.unwrap().queued, 0);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_result_that_cannot_be_stored_fails_its_job_and_no_other() {
+    let directory = tempfile::tempdir().unwrap();
+    let store = open(directory.path()).await;
+    let surface = surface(&store).await;
+    let queue = Queue::start(store.clone(), Puppet::new(), settings()).await.unwrap();
+    let mut raw = raw(directory.path()).await;
+    let refuse = "CREATE TRIGGER fault AFTER INSERT ON results WHEN NEW.name = 'report' \
+         BEGIN SELECT RAISE(ABORT, 'this write fails'); END";
+    sqlx::query(refuse).execute(&mut raw).await.unwrap();
+    let id = enqueue(&queue, &surface, json!({ "do": "finish" })).await;
+    let job = ended(&queue, id).await;
+    assert_eq!((job.state, job.attempt), (State::Failed, 1));
+    assert_eq!(job.problem.unwrap()["code"], "storage-failed");
+    assert!(store.results(id).await.unwrap().is_empty(), "half a result is none");
+    sqlx::query("DROP TRIGGER fault").execute(&mut raw).await.unwrap();
+    let next = enqueue(&queue, &surface, json!({ "do": "finish" })).await;
+    assert_eq!(ended(&queue, next).await.state, State::Succeeded);
+    queue.drain(LONG).await;
+    store.close().await.unwrap();
+    assert_whole(&mut raw).await;
 }
