@@ -8,6 +8,9 @@ const MOST_WORKERS: usize = 8;
 /// Most threads a job has by default: beyond this the seed search, the one stage that uses them, gains little.
 const MOST_THREADS: usize = 16;
 
+/// Most threads of all workers together: each has a stack of its own, and beyond some for each core they only wait.
+const MOST_THREADS_IN_ALL: usize = 256;
+
 /// The job machine's settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -16,7 +19,8 @@ pub struct Settings {
     pub workers: usize,
     /// Further jobs that run at once, of the light lane alone: small jobs get through while large ones fill `workers`.
     pub light_workers: usize,
-    /// Threads that one heavy job may use. Results do not depend on it.
+    /// Threads that one heavy job may use; fewer where there are so many workers that it would be 256 in all. Results do
+    /// not depend on it.
     pub threads: usize,
     /// A job of at most this cost is light. Cost is in triangle visits (triangles times seeds tried); 200 000 are
     /// some tens of milliseconds.
@@ -77,13 +81,35 @@ impl Default for Settings {
 
 impl Settings {
     /// The settings with what would make the machine stand still set right: at least one worker, thread, attempt, and
-    /// millisecond between ticks.
+    /// millisecond between ticks; not more threads than a process should have.
     #[must_use]
     pub(super) fn sound(mut self) -> Self {
         self.workers = self.workers.max(1);
-        self.threads = self.threads.max(1);
+        self.threads = self.threads.min(MOST_THREADS_IN_ALL / self.workers).max(1);
         self.most_attempts = self.most_attempts.max(1);
         self.tick_every = self.tick_every.max(Duration::from_millis(1));
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_under_which_nothing_would_run_are_set_right() {
+        let zero =
+            Settings { workers: 0, threads: 0, most_attempts: 0, tick_every: Duration::ZERO, ..Settings::default() };
+        let sound = zero.sound();
+        assert_eq!((sound.workers, sound.threads, sound.most_attempts), (1, 1, 1));
+        assert!(sound.tick_every > Duration::ZERO);
+    }
+
+    #[test]
+    fn many_workers_share_the_threads_that_a_process_may_have() {
+        for (workers, threads) in [(1, 256), (4, 64), (64, 4), (1000, 1)] {
+            let sound = Settings { workers, threads: 1000, ..Settings::default() }.sound();
+            assert_eq!((sound.workers, sound.threads), (workers, threads));
+        }
     }
 }
