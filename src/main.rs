@@ -1,4 +1,4 @@
-//! The command line of Planish: `serve` (also without a word), `run`, `check`.
+//! The command line of Planish: `serve` (also without a word), `run`, `check`, `health`.
 
 mod commands;
 
@@ -25,6 +25,8 @@ enum Command {
     Run(commands::RunArguments),
     /// Check a surface and sum it up
     Check(commands::CheckArguments),
+    /// Ask a running service whether it is ready
+    Health(commands::HealthArguments),
 }
 
 fn main() -> ExitCode {
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
     let done = match line.command {
         Some(Command::Run(arguments)) => commands::run(&arguments),
         Some(Command::Check(arguments)) => commands::check(&arguments),
+        Some(Command::Health(arguments)) => commands::health(&arguments),
         Some(Command::Serve(settings)) => commands::serve(&settings),
         None => commands::serve(&line.settings),
     };

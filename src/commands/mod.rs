@@ -2,6 +2,7 @@
 //! asked for in a way that makes no sense, 3 it is done and the pattern breaks a limit.
 
 mod check;
+mod health;
 mod input;
 mod run;
 mod serve;
@@ -11,6 +12,7 @@ use std::io::Write as _;
 use planish::api::problem::Problem;
 
 pub(crate) use check::{CheckArguments, check};
+pub(crate) use health::{HealthArguments, health};
 pub(crate) use run::{RunArguments, run};
 pub(crate) use serve::serve;
 

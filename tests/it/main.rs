@@ -3,7 +3,6 @@
 #![expect(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod formats_parts;
-mod formats_programs;
 mod support;
 
 mod api_calls;
@@ -15,6 +14,7 @@ mod queue_drain;
 mod queue_edges;
 mod queue_leases;
 mod queue_running;
+mod real_surfaces;
 mod store_contents;
 mod store_directory;
 mod store_faults;

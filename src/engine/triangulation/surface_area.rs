@@ -1,10 +1,10 @@
 //! Area of the surface inside a triangulated domain, by quadrature of |Su x Sv| over the domain's triangles.
 //!
-//! Each triangle is integrated by the rule of three points (exact for quadratics) and compared with the rule of seven
-//! (exact to degree five, [Radon 1948]); where they differ it is quartered, down to a fixed depth: a knot inside a
-//! triangle, where the integrand is less smooth, is met that way. Square millimetres; sums run in the triangles' order
-//! whatever the number of threads. Limits: the boundary is that of the domain mesh, a polygon, so the trimming curves'
-//! own chords in the domain are missing from the area.
+//! Each triangle is integrated by the rule of three points (exact for quadratics) and by the rule of seven (exact to
+//! degree five, [Radon 1948]); the triangles whose two answers differ by more than a fixed share of the whole area are
+//! quartered, level by level: a knot inside a triangle, where the integrand is less smooth, is met that way. Square
+//! millimetres; sums run in the triangles' order whatever the number of threads. Limits: the boundary is that of the
+//! domain mesh, a polygon, so the trimming curves' own chords in the domain are missing from the area.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -12,25 +12,63 @@ use rayon::prelude::*;
 use super::DomainMesh;
 use crate::engine::nurbs::Surface;
 
-/// Relative difference of the two rules up to which the better one is taken: its own error is then smaller by the
-/// square of a triangle's size, well below what any tolerance of an area asks for.
-const AGREEMENT: f64 = 1e-6;
+/// Difference of the two rules, as a share of the whole area, up to which the better one is taken. Its own error is then
+/// smaller still by the square of a triangle's size; a thousandth of what any tolerance of an area asks for.
+const AGREEMENT: f64 = 1e-8;
 
-/// How often a triangle may be quartered. Deeper costs four times as much a level where the integrand is not smooth.
-const DEPTH: u32 = 6;
+/// How often a triangle may be quartered. Each level costs what is still rough; where the integrand jumps an error is
+/// divided by four.
+const LEVELS: u32 = 7;
 
-/// Triangles that are summed at a time: a fixed number, so that the order of summation is fixed.
-const CHUNK: usize = 4096;
+/// Triangles that one level may have: it bounds the work on nets of hundreds of knot spans under a coarse mesh. When
+/// there are more, those of the largest differences are taken.
+const MOST_IN_A_LEVEL: usize = 1 << 16;
+
+/// Triangles that are integrated at a time by one thread.
+const CHUNK: usize = 1024;
+
+type Corners = [DVec2; 3];
 
 /// Area of the surface over the triangles of the domain, mm^2.
 #[must_use]
 pub fn trimmed_area(surface: &Surface, domain: &DomainMesh) -> f64 {
-    let sums: Vec<f64> = domain
-        .triangles
-        .par_chunks(CHUNK)
-        .map(|chunk| chunk.iter().map(|t| over(surface, t.map(|c| domain.uv[c as usize]), DEPTH)).sum())
-        .collect();
-    sums.iter().sum()
+    let mut level: Vec<Corners> = domain.triangles.iter().map(|t| t.map(|c| domain.uv[c as usize])).collect();
+    let (mut area, mut allowed) = (0.0, None);
+    for depth in 0..=LEVELS {
+        let found: Vec<[f64; 2]> =
+            level.par_chunks(CHUNK).flat_map_iter(|chunk| chunk.iter().map(|&t| over(surface, t))).collect();
+        let whole = *allowed.get_or_insert_with(|| AGREEMENT * found.iter().map(|[_, seven]| seven).sum::<f64>());
+        let least = if depth == LEVELS { f64::INFINITY } else { refined_from(&found, whole) };
+        let mut next = Vec::new();
+        for (t, [three, seven]) in level.iter().zip(&found) {
+            if (seven - three).abs() > least {
+                next.extend(quarters(*t));
+            } else {
+                area += seven;
+            }
+        }
+        if next.is_empty() {
+            break;
+        }
+        level = next;
+    }
+    area
+}
+
+/// The difference above which a triangle is quartered: what is allowed, or more when too many are beyond that.
+fn refined_from(found: &[[f64; 2]], allowed: f64) -> f64 {
+    let mut beyond: Vec<f64> =
+        found.iter().map(|[three, seven]| (seven - three).abs()).filter(|d| *d > allowed).collect();
+    let most = MOST_IN_A_LEVEL / 4;
+    if beyond.len() <= most {
+        return allowed;
+    }
+    *beyond.select_nth_unstable_by(most, |a, b| b.total_cmp(a)).1
+}
+
+fn quarters(t: Corners) -> [Corners; 4] {
+    let [a, b, c] = [0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]), 0.5 * (t[2] + t[0])];
+    [[t[0], a, c], [a, t[1], b], [c, b, t[2]], [a, b, c]]
 }
 
 /// |Su x Sv| at a place.
@@ -39,8 +77,8 @@ fn stretch(surface: &Surface, at: DVec2) -> f64 {
     su.cross(sv).length()
 }
 
-/// Area over one triangle of the domain.
-fn over(surface: &Surface, t: [DVec2; 3], depth: u32) -> f64 {
+/// Area over one triangle of the domain by three points and by seven.
+fn over(surface: &Surface, t: Corners) -> [f64; 2] {
     let size = 0.5 * (t[1] - t[0]).perp_dot(t[2] - t[0]).abs();
     let at = |w: [f64; 3]| stretch(surface, w[0] * t[0] + w[1] * t[1] + w[2] * t[2]);
     let around = |near: f64| {
@@ -50,11 +88,7 @@ fn over(surface: &Surface, t: [DVec2; 3], depth: u32) -> f64 {
     let three = around(2.0 / 3.0) / 3.0;
     let seven =
         SEVEN_CENTRE * at([1.0 / 3.0; 3]) + SEVEN_NEAR[1] * around(SEVEN_NEAR[0]) + SEVEN_FAR[1] * around(SEVEN_FAR[0]);
-    if depth == 0 || (seven - three).abs() <= AGREEMENT * seven.abs() {
-        return size * seven;
-    }
-    let [a, b, c] = [0.5 * (t[0] + t[1]), 0.5 * (t[1] + t[2]), 0.5 * (t[2] + t[0])];
-    [[t[0], a, c], [a, t[1], b], [c, b, t[2]], [a, b, c]].into_iter().map(|q| over(surface, q, depth - 1)).sum()
+    [size * three, size * seven]
 }
 
 /// Weight of the centroid in Radon's rule of seven points.

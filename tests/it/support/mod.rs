@@ -1,6 +1,7 @@
 //! What the integration tests share.
 
 pub(crate) mod api;
+pub(crate) mod binary;
 pub(crate) mod child;
 pub(crate) mod contract;
 pub(crate) mod queue;

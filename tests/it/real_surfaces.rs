@@ -1,0 +1,225 @@
+//! Every real surface goes through the real service: stored, triangulated at shrinking tolerances, flattened.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use glam::{DVec2, DVec3};
+use robust::{Coord, orient2d};
+use serde_json::{Value, json};
+
+use crate::support::binary::Service;
+
+/// Longer than any of these jobs may take.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The real surfaces, or a line that says why there are none.
+fn surfaces() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/surfaces");
+    let Ok(entries) = std::fs::read_dir(&folder) else {
+        println!("skipped: there is no folder {}", folder.display());
+        return Vec::new();
+    };
+    let mut found: Vec<_> = entries.map(|e| e.unwrap().path()).filter(|p| p.extension().is_some()).collect();
+    found.sort();
+    found
+}
+
+fn name(path: &Path) -> String {
+    path.file_stem().unwrap().to_string_lossy().into_owned()
+}
+
+/// A client of one service.
+struct Client {
+    http: reqwest::Client,
+    service: Service,
+}
+
+impl Client {
+    fn new() -> Self {
+        Self { http: reqwest::Client::new(), service: Service::start(&[]) }
+    }
+
+    async fn store(&self, path: &Path) -> String {
+        let answer = self
+            .http
+            .post(self.service.url("/v1/surfaces"))
+            .header("content-type", "application/json")
+            .body(std::fs::read(path).unwrap())
+            .send()
+            .await
+            .unwrap();
+        let status = answer.status();
+        let body: Value = answer.json().await.unwrap();
+        assert!(status.is_success(), "{}: {status} {body:#}", path.display());
+        body["id"].as_str().unwrap().to_owned()
+    }
+
+    /// Runs a job to its end and gives its document.
+    async fn run(&self, job: &Value) -> Value {
+        let answer = self.http.post(self.service.url("/v1/jobs")).json(job).send().await.unwrap();
+        assert_eq!(answer.status(), 202, "{job}: {}", answer.text().await.unwrap());
+        let created: Value = answer.json().await.unwrap();
+        let address = format!("/v1/jobs/{}?wait=30", created["id"].as_str().unwrap());
+        let began = std::time::Instant::now();
+        loop {
+            let document = self.json(&address).await;
+            if ["succeeded", "failed", "cancelled"].contains(&document["state"].as_str().unwrap()) {
+                return document;
+            }
+            assert!(began.elapsed() < PATIENCE, "{job} does not end: {document:#}");
+        }
+    }
+
+    async fn json(&self, path: &str) -> Value {
+        let answer = self.http.get(self.service.url(path)).send().await.unwrap();
+        assert_eq!(answer.status(), 200, "{path}");
+        answer.json().await.unwrap()
+    }
+
+    async fn result(&self, job: &Value, result: &str) -> Value {
+        self.json(&format!("/v1/jobs/{}/{result}.json", job["id"].as_str().unwrap())).await
+    }
+}
+
+/// A mesh as `mesh.json` gives it.
+struct Mesh {
+    positions: Vec<DVec3>,
+    uv: Vec<DVec2>,
+    triangles: Vec<[usize; 3]>,
+}
+
+impl Mesh {
+    fn of(document: &Value) -> Self {
+        Self {
+            positions: serde_json::from_value(document["positions"].clone()).unwrap(),
+            uv: serde_json::from_value(document["uv"].clone()).unwrap(),
+            triangles: serde_json::from_value(document["triangles"].clone()).unwrap(),
+        }
+    }
+
+    fn area_of(&self, [a, b, c]: [usize; 3]) -> f64 {
+        let p = &self.positions;
+        (p[b] - p[a]).cross(p[c] - p[a]).length() / 2.0
+    }
+
+    fn area(&self) -> f64 {
+        self.triangles.iter().map(|&t| self.area_of(t)).sum()
+    }
+
+    fn diagonal(&self) -> f64 {
+        let low = self.positions.iter().copied().reduce(DVec3::min).unwrap();
+        let high = self.positions.iter().copied().reduce(DVec3::max).unwrap();
+        low.distance(high)
+    }
+
+    /// Everything that keeps this from being a conforming, consistently oriented mesh without zero-area triangles.
+    fn faults(&self) -> Vec<String> {
+        let mut faults = Vec::new();
+        let mut edges: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+        let least = 1e-14 * self.diagonal().powi(2);
+        for (t, &[a, b, c]) in self.triangles.iter().enumerate() {
+            for edge in [(a, b), (b, c), (c, a)] {
+                if let Some(other) = edges.insert(edge, t) {
+                    faults.push(format!("triangles {other} and {t} both have the edge {edge:?}"));
+                }
+            }
+            let area = self.area_of([a, b, c]);
+            // A sliver is no fault by itself; one whose corners lie on a line is.
+            let longest = [(a, b), (b, c), (c, a)]
+                .map(|(i, j)| self.positions[i].distance(self.positions[j]))
+                .into_iter()
+                .fold(0.0, f64::max);
+            if area <= 1e-12 * longest * longest && area <= least {
+                faults.push(format!("triangle {t} has the area {area:e}"));
+            }
+        }
+        let border: Vec<_> = edges.keys().copied().filter(|&(a, b)| !edges.contains_key(&(b, a))).collect();
+        let mut balance: BTreeMap<usize, i32> = BTreeMap::new();
+        for &(a, b) in &border {
+            *balance.entry(a).or_default() += 1;
+            *balance.entry(b).or_default() -= 1;
+        }
+        faults.extend(balance.iter().filter(|(_, n)| **n != 0).map(|(v, _)| format!("the border stops at vertex {v}")));
+        faults.extend(self.junctions(&border));
+        let places: BTreeSet<_> = self.uv.iter().map(|p| (p.x.to_bits(), p.y.to_bits())).collect();
+        if places.len() != self.uv.len() {
+            faults.push(format!("{} vertices share their (u, v)", self.uv.len() - places.len()));
+        }
+        faults
+    }
+
+    /// Border vertices in the interior of a border edge.
+    fn junctions(&self, border: &[(usize, usize)]) -> Vec<String> {
+        let on = |p: DVec2| Coord { x: p.x, y: p.y };
+        let mut found = Vec::new();
+        for &(a, b) in border {
+            let (p, q) = (self.uv[a], self.uv[b]);
+            let (low, high) = (p.min(q), p.max(q));
+            for &(v, _) in border {
+                let r = self.uv[v];
+                let between = r.cmpge(low).all() && r.cmple(high).all() && v != a && v != b && r != p && r != q;
+                if between && orient2d(on(p), on(q), on(r)) == 0.0 {
+                    found.push(format!("vertex {v} stands on the edge {a}-{b}"));
+                }
+            }
+        }
+        found
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_real_surface_is_triangulated_to_its_area() {
+    let paths = surfaces();
+    if paths.is_empty() {
+        return;
+    }
+    let client = Client::new();
+    let mut wrong = Vec::new();
+    for path in &paths {
+        let name = name(path);
+        let file: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        let exact = file["extra"]["area_occt"].as_f64().unwrap();
+        let surface = client.store(path).await;
+        for tolerance in [1e-3, 1e-4, 1e-5] {
+            let job = json!({ "kind": "triangulate", "surface": surface,
+                "triangulation": { "tolerance": { "chord_relative": tolerance } } });
+            let job = client.run(&job).await;
+            if job["state"] != "succeeded" {
+                wrong.push(format!("{name} at {tolerance:e}: {}", job["problem"]));
+                continue;
+            }
+            let report = client.result(&job, "report").await;
+            let report = &report["triangulation"];
+            let integrated = report["surface_area_mm2"].as_f64().unwrap();
+            let meshed = report["area_mm2"].as_f64().unwrap();
+            let error = |area: f64| (area - exact).abs() / exact;
+            println!(
+                "{name} {tolerance:e}: {} triangles, chord {:.2e}, area of the mesh {:.1e} off, of the surface {:.1e} off",
+                report["triangles"],
+                report["chord_error_mm"].as_f64().unwrap(),
+                error(meshed),
+                error(integrated)
+            );
+            if tolerance > 2e-5 {
+                let mesh = Mesh::of(&client.result(&job, "mesh").await);
+                wrong.extend(mesh.faults().into_iter().take(3).map(|f| format!("{name} at {tolerance:e}: {f}")));
+                let sum = mesh.area();
+                if (sum - meshed).abs() > 1e-9 * sum {
+                    wrong.push(format!("{name}: the report says {meshed} mm^2, the mesh has {sum}"));
+                }
+            }
+            // What a tolerance may cost: a strip of that width along the boundary and the bulges' second-order effect.
+            let allowed = if tolerance < 2e-5 { 1e-4 } else { AREA_FACTOR * tolerance };
+            for (what, area) in [("mesh", meshed), ("surface", integrated)] {
+                if error(area) > allowed {
+                    wrong.push(format!("{name} at {tolerance:e}: the {what}'s area is {:.2e} off", error(area)));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// How many times the relative tolerance a part's area may be off: thin parts have much boundary for their area.
+const AREA_FACTOR: f64 = 10.0;
