@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod formats_parts;
+mod formats_programs;
 mod support;
 
 mod api_calls;

@@ -11,8 +11,12 @@ use crate::engine::triangulation::{Configuration, Density, trace, trimmed_area};
 use crate::engine::trimming::{CheckedTrims, TrimmedSurface, part_box};
 
 /// Chord tolerance of the mesh that the area is integrated over, as a fraction of the diagonal. The integrand is that of
-/// the surface itself, so the mesh only has to follow the boundary.
+/// the surface itself, so the mesh may be coarse inside.
 const AREA_CHORD: f64 = 1e-3;
+
+/// Chord tolerance of the loops, as a fraction of the diagonal. What their chords leave out is missing from the area: at
+/// [`AREA_CHORD`] that would be more than a hundredth of a narrow part, at this it is below a thousandth.
+const LOOP_CHORD: f64 = 1e-5;
 
 /// What a survey found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +38,7 @@ pub fn survey(surface: &TrimmedSurface, trims: &CheckedTrims) -> Result<Survey, 
     let base = &centred.part.surface;
     let [low, high] = part_box(base, &trims.polygonise(base, rough_tolerance(base))?);
     let diagonal = low.distance(high);
-    let region = trims.polygonise(base, AREA_CHORD * diagonal)?;
+    let region = trims.polygonise(base, LOOP_CHORD * diagonal)?;
     let input = DensityInput {
         surface: base,
         region: Some(&region),

@@ -20,7 +20,7 @@ mod region;
 mod trimmed_surface;
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 
 pub use checked::{CheckedCurve, CheckedLoop, CheckedTrims};
 pub use error::{TrimWarning, TrimmingError};

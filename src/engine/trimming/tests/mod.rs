@@ -5,4 +5,4 @@ mod faults;
 mod random;
 mod real;
 mod reference;
-pub(crate) mod samples;
+mod samples;
