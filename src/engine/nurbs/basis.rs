@@ -7,27 +7,32 @@
 
 use super::{KnotVector, MAX_DEGREE};
 
-/// Values of one derivative of the functions that do not vanish.
-pub(super) type Row = [f64; MAX_DEGREE + 1];
+/// Room for the functions of every degree.
+pub(super) const WIDEST: usize = MAX_DEGREE + 1;
 
-/// The functions that do not vanish at a parameter. `ORDERS` is 1 (values), 2 (and first) or 3 (and second derivatives).
+/// Room for the functions of the degrees that most files have: short arrays are cleared and copied in no time.
+pub(super) const NARROW: usize = 4;
+
+/// The functions that do not vanish at a parameter. `ORDERS` is 1 (values), 2 (and first) or 3 (and second derivatives);
+/// `WIDTH` is the room for functions, more than the degree.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Basis<const ORDERS: usize> {
+pub(super) struct Basis<const ORDERS: usize, const WIDTH: usize> {
     /// Index of the control point that function 0 belongs to.
     pub(super) first: usize,
     /// `rows[d][k]` is the d-th derivative of function `k`, for `k` up to the degree.
-    pub(super) rows: [Row; ORDERS],
+    pub(super) rows: [[f64; WIDTH]; ORDERS],
 }
 
-impl<const ORDERS: usize> Basis<ORDERS> {
+impl<const ORDERS: usize, const WIDTH: usize> Basis<ORDERS, WIDTH> {
     /// The functions of `knots` at `t`.
+    #[inline]
     pub(super) fn at(knots: &KnotVector, t: f64) -> Self {
         let t = knots.clamp(t);
         let span = knots.span(t);
         let p = knots.degree();
         let k = knots.knots();
-        let mut rows = [[0.0; MAX_DEGREE + 1]; ORDERS];
-        let mut row = [0.0; MAX_DEGREE + 1];
+        let mut rows = [[0.0; WIDTH]; ORDERS];
+        let mut row = [0.0; WIDTH];
         row[0] = 1.0;
         for q in 1..=p {
             // Before raising to degree q, the row holds the functions of degree q - 1.
@@ -45,7 +50,8 @@ impl<const ORDERS: usize> Basis<ORDERS> {
 }
 
 /// Raises the functions of degree `q - 1` on `span` to degree `q`, in place (1.2b).
-fn raise(knots: &[f64], span: usize, q: usize, t: f64, row: &mut Row) {
+#[inline]
+fn raise<const WIDTH: usize>(knots: &[f64], span: usize, q: usize, t: f64, row: &mut [f64; WIDTH]) {
     let mut saved = 0.0;
     for r in 0..q {
         let high = knots[span + r + 1];
@@ -58,8 +64,9 @@ fn raise(knots: &[f64], span: usize, q: usize, t: f64, row: &mut Row) {
 }
 
 /// The derivatives of the functions of degree `q` from (any derivative of) those of degree `q - 1`, by (1.3).
-fn differentiate(knots: &[f64], span: usize, q: usize, lower: &Row) -> Row {
-    let mut out = [0.0; MAX_DEGREE + 1];
+#[inline]
+fn differentiate<const WIDTH: usize>(knots: &[f64], span: usize, q: usize, lower: &[f64; WIDTH]) -> [f64; WIDTH] {
+    let mut out = [0.0; WIDTH];
     let mut left = 0.0;
     for j in 0..q {
         // Function j of degree q - 1 has the support knots[span - q + 1 + j] .. knots[span + 1 + j].

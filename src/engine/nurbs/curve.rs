@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::basis::Basis;
+use super::basis::{Basis, NARROW, WIDEST};
 use super::{KnotVector, NurbsError};
 
 /// What a curve's control points may be: [`DVec2`] in a surface's domain, [`DVec3`] in space.
@@ -143,8 +143,19 @@ impl<P: Point> Curve<P> {
     }
 
     /// Sums of weighted control points, and of weights, with the functions' derivatives up to `ORDERS - 1`.
+    #[inline]
     fn sums<const ORDERS: usize>(&self, t: f64) -> [(P, f64); ORDERS] {
-        let basis = Basis::<ORDERS>::at(&self.knots, t);
+        if self.knots.degree() < NARROW {
+            self.sums_with::<ORDERS, NARROW>(t)
+        } else {
+            self.sums_with::<ORDERS, WIDEST>(t)
+        }
+    }
+
+    /// [`Self::sums`] with room for `WIDTH` functions.
+    #[inline]
+    fn sums_with<const ORDERS: usize, const WIDTH: usize>(&self, t: f64) -> [(P, f64); ORDERS] {
+        let basis = Basis::<ORDERS, WIDTH>::at(&self.knots, t);
         let mut out = [(P::default(), 0.0); ORDERS];
         for k in 0..=self.knots.degree() {
             let i = basis.first + k;

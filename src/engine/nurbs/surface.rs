@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::basis::Basis;
+use super::basis::{Basis, NARROW, WIDEST};
 use super::{KnotVector, NurbsError};
 
 /// A rectangle of parameters.
@@ -174,22 +174,37 @@ impl Surface {
 
     /// Sums of weighted control points, and of weights: `[i][j]` with the i-th derivative along u and the j-th along v.
     /// Without weights the sums of weights are zero and not used.
+    #[inline]
     fn sums<const ORDERS: usize>(&self, u: f64, v: f64) -> [[(DVec3, f64); ORDERS]; ORDERS] {
-        let bu = Basis::<ORDERS>::at(&self.knots_u, u);
-        let bv = Basis::<ORDERS>::at(&self.knots_v, v);
-        let (p, q) = (self.knots_u.degree(), self.knots_v.degree());
+        let narrow = self.knots_u.degree().max(self.knots_v.degree()) < NARROW;
+        match (&self.weights, narrow) {
+            (None, true) => self.sums_with::<ORDERS, NARROW>(u, v, |k| (self.control[k], 0.0)),
+            (None, false) => self.sums_with::<ORDERS, WIDEST>(u, v, |k| (self.control[k], 0.0)),
+            (Some(w), true) => self.sums_with::<ORDERS, NARROW>(u, v, |k| (self.control[k] * w[k], w[k])),
+            (Some(w), false) => self.sums_with::<ORDERS, WIDEST>(u, v, |k| (self.control[k] * w[k], w[k])),
+        }
+    }
+
+    /// [`Self::sums`] of the weighted points and weights that `point` gives.
+    #[inline]
+    fn sums_with<const ORDERS: usize, const WIDTH: usize>(
+        &self,
+        u: f64,
+        v: f64,
+        point: impl Fn(usize) -> (DVec3, f64),
+    ) -> [[(DVec3, f64); ORDERS]; ORDERS] {
+        let bu = Basis::<ORDERS, WIDTH>::at(&self.knots_u, u);
+        let bv = Basis::<ORDERS, WIDTH>::at(&self.knots_v, v);
         let nv = self.knots_v.control_count();
         let mut out = [[(DVec3::ZERO, 0.0); ORDERS]; ORDERS];
-        for k in 0..=p {
+        for k in 0..=self.knots_u.degree() {
             let start = (bu.first + k) * nv + bv.first;
             let mut row = [(DVec3::ZERO, 0.0); ORDERS];
-            for (l, point) in self.control[start..=start + q].iter().enumerate() {
-                let w = self.weights.as_ref().map_or(0.0, |w| w[start + l]);
-                let scale = if self.weights.is_some() { w } else { 1.0 };
+            for l in 0..=self.knots_v.degree() {
+                let (p, w) = point(start + l);
                 for (sum, functions) in row.iter_mut().zip(&bv.rows) {
-                    let n = functions[l];
-                    sum.0 += *point * (n * scale);
-                    sum.1 += n * w;
+                    sum.0 += p * functions[l];
+                    sum.1 += w * functions[l];
                 }
             }
             for (line, functions) in out.iter_mut().zip(&bu.rows) {

@@ -76,9 +76,8 @@ pub fn draw(input: &DrawInput<'_>) -> Result<Drawn, EngineError> {
     // A hole is drawn only with the outline around it.
     let mut sheets: Vec<(FlatLoop, Vec<FlatLoop>)> = Vec::new();
     let mut drawn_loops = Vec::new();
-    for (index, outer) in region.loops.iter().enumerate().filter(|(_, l)| l.depth % 2 == 0) {
+    for index in (0..region.loops.len()).filter(|&l| region.loops[l].depth % 2 == 0) {
         let Some(outline) = loops[index].clone() else { continue };
-        debug_assert!(outer.depth % 2 == 0);
         let mut holes = Vec::new();
         drawn_loops.push(index);
         for (hole, l) in region.loops.iter().enumerate() {

@@ -8,10 +8,10 @@
 const RELATIVE: f64 = 1e-9;
 
 /// Agreement that is enough, relative to the length of the whole curve: what kinks are judged by.
-const OF_WHOLE: f64 = 1e-8;
+const OF_WHOLE: f64 = 1e-9;
 
 /// How often an interval may be halved: bounds the work at kinks, where each halving halves the error.
-const DEEPEST: u32 = 12;
+const DEEPEST: u32 = 14;
 
 /// The length of a curve from `t0` to `t1`; `distance(a, b)` is that between its points at two parameters.
 ///

@@ -19,6 +19,9 @@ const PER_BUCKET: usize = 2;
 /// The most lines in one direction: bounds the memory of the buckets.
 const MOST_LINES: usize = 2048;
 
+/// Values that are looked at for each line that bounds buckets. More: buckets fill more evenly; fewer: less to sort.
+const SAMPLES_PER_LINE: usize = 16;
+
 /// How far, relative to the domain, a triangle's reach in a row of buckets is widened against rounding.
 const MARGIN: f64 = 1e-12;
 
@@ -37,10 +40,10 @@ pub struct Located {
 #[derive(Debug)]
 pub struct Locator<'a> {
     mesh: &'a DomainMesh,
-    /// Lines of constant u that bound the buckets, at least two.
-    u: Vec<f64>,
+    /// Lines of constant u that bound the buckets.
+    u: Lines,
     /// Lines of constant v.
-    v: Vec<f64>,
+    v: Lines,
     /// One over the domain's width in u and v: what distances are measured in.
     scale: DVec2,
     /// Bucket `b` (row by row of v) holds `items[starts[b]..starts[b + 1]]`.
@@ -53,11 +56,10 @@ impl<'a> Locator<'a> {
     #[must_use]
     pub fn new(mesh: &'a DomainMesh) -> Self {
         let count = (mesh.triangles.len() / PER_BUCKET).isqrt().clamp(1, MOST_LINES);
-        let u = quantiles(mesh.uv.iter().map(|p| p.x).collect(), count);
-        let v = quantiles(mesh.uv.iter().map(|p| p.y).collect(), count);
-        let width = |lines: &[f64]| lines[lines.len() - 1] - lines[0];
+        let u = Lines::quantiles(mesh.uv.iter().map(|p| p.x), count);
+        let v = Lines::quantiles(mesh.uv.iter().map(|p| p.y), count);
         let over = |w: f64| if w > 0.0 { 1.0 / w } else { 1.0 };
-        let scale = DVec2::new(over(width(&u)), over(width(&v)));
+        let scale = DVec2::new(over(u.width()), over(v.width()));
         let mut locator = Self { mesh, u, v, scale, starts: Vec::new(), items: Vec::new() };
         locator.fill();
         locator
@@ -82,7 +84,7 @@ impl<'a> Locator<'a> {
         if self.items.is_empty() || !p.is_finite() {
             return None;
         }
-        let (column, row) = (bucket_of(&self.u, p.x), bucket_of(&self.v, p.y));
+        let (column, row) = (self.u.interval(p.x), self.v.interval(p.y));
         self.bucket(column, row)
             .iter()
             .filter(|&&triangle| accepts(triangle))
@@ -108,28 +110,30 @@ impl<'a> Locator<'a> {
     }
 
     fn bucket(&self, column: usize, row: usize) -> &[u32] {
-        let b = row * (self.u.len() - 1) + column;
+        let b = row * self.u.count() + column;
         &self.items[self.starts[b] as usize..self.starts[b + 1] as usize]
     }
 
-    /// Sorts the triangles into the buckets: counts first, then fills.
+    /// Sorts the triangles into the buckets, each bucket's in ascending order.
     fn fill(&mut self) {
-        let buckets = (self.u.len() - 1) * (self.v.len() - 1);
+        let buckets = self.u.count() * self.v.count();
         let mut starts = vec![0_u32; buckets + 1];
-        let triangles = 0..self.mesh.triangles.len() as u32;
-        for t in triangles.clone() {
-            self.buckets_along(&self.corners(t), |b| starts[b + 1] += 1);
+        let mut pairs: Vec<[u32; 2]> = Vec::with_capacity(4 * self.mesh.triangles.len());
+        for t in 0..self.mesh.triangles.len() as u32 {
+            self.buckets_along(&self.corners(t), |b| {
+                starts[b + 1] += 1;
+                pairs.push([b as u32, t]);
+            });
         }
         for b in 0..buckets {
             starts[b + 1] += starts[b];
         }
-        let mut items = vec![0_u32; starts[buckets] as usize];
+        let mut items = vec![0_u32; pairs.len()];
         let mut next = starts.clone();
-        for t in triangles {
-            self.buckets_along(&self.corners(t), |b| {
-                items[next[b] as usize] = t;
-                next[b] += 1;
-            });
+        for [b, t] in pairs {
+            let place = &mut next[b as usize];
+            items[*place as usize] = t;
+            *place += 1;
         }
         (self.starts, self.items) = (starts, items);
     }
@@ -138,27 +142,28 @@ impl<'a> Locator<'a> {
     fn buckets_along(&self, hull: &[DVec2], mut visit: impl FnMut(usize)) {
         let low = hull.iter().fold(DVec2::INFINITY, |m, p| m.min(*p)) - DVec2::splat(MARGIN) / self.scale;
         let high = hull.iter().fold(DVec2::NEG_INFINITY, |m, p| m.max(*p)) + DVec2::splat(MARGIN) / self.scale;
-        let (first, last) = (bucket_of(&self.v, low.y), bucket_of(&self.v, high.y));
+        let (first, last) = (self.v.interval(low.y), self.v.interval(high.y));
         for row in first..=last {
             let reach = if first == last {
                 Some([low.x, high.x])
             } else {
                 // The outermost rows also hold what lies beyond them.
-                let bottom = if row == 0 { f64::NEG_INFINITY } else { self.v[row] - MARGIN / self.scale.y };
-                let top = if row + 2 == self.v.len() { f64::INFINITY } else { self.v[row + 1] + MARGIN / self.scale.y };
+                let bottom = if row == 0 { f64::NEG_INFINITY } else { self.v.values[row] - MARGIN / self.scale.y };
+                let beyond = row + 1 == self.v.count();
+                let top = if beyond { f64::INFINITY } else { self.v.values[row + 1] + MARGIN / self.scale.y };
                 reach_between(hull, bottom, top)
             };
             let Some([from, to]) = reach else { continue };
             let (from, to) = (from - MARGIN / self.scale.x, to + MARGIN / self.scale.x);
-            for column in bucket_of(&self.u, from)..=bucket_of(&self.u, to) {
-                visit(row * (self.u.len() - 1) + column);
+            for column in self.u.interval(from)..=self.u.interval(to) {
+                visit(row * self.u.count() + column);
             }
         }
     }
 
     /// The nearest triangle to a point that none holds: rings of buckets around it, until what is left is farther away.
     fn nearest(&self, p: DVec2, column: usize, row: usize, accepts: impl Fn(u32) -> bool) -> Option<Located> {
-        let (columns, rows) = (self.u.len() - 1, self.v.len() - 1);
+        let (columns, rows) = (self.u.count(), self.v.count());
         let mut best: Option<(f64, Located)> = None;
         for ring in 0..columns.max(rows) {
             let (left, right) = (column.saturating_sub(ring), (column + ring).min(columns - 1));
@@ -180,10 +185,10 @@ impl<'a> Locator<'a> {
             }
             // Distance to what has not been looked at: beyond the sides of the rings, where there are buckets beyond.
             let beyond = |open: bool, d: f64| if open { d.max(0.0) } else { f64::INFINITY };
-            let rest = beyond(left > 0, (p.x - self.u[left]) * self.scale.x)
-                .min(beyond(right + 1 < columns, (self.u[right + 1] - p.x) * self.scale.x))
-                .min(beyond(bottom > 0, (p.y - self.v[bottom]) * self.scale.y))
-                .min(beyond(top + 1 < rows, (self.v[top + 1] - p.y) * self.scale.y));
+            let rest = beyond(left > 0, (p.x - self.u.values[left]) * self.scale.x)
+                .min(beyond(right + 1 < columns, (self.u.values[right + 1] - p.x) * self.scale.x))
+                .min(beyond(bottom > 0, (p.y - self.v.values[bottom]) * self.scale.y))
+                .min(beyond(top + 1 < rows, (self.v.values[top + 1] - p.y) * self.scale.y));
             if best.is_some_and(|(d, _)| d <= rest * rest) {
                 break;
             }
@@ -225,19 +230,75 @@ pub(super) fn orientation(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     orient2d(coord(a), coord(b), coord(c))
 }
 
-/// Lines at quantiles of `values`: first and last are the least and greatest, at most `count` intervals, at least two lines.
-fn quantiles(mut values: Vec<f64>, count: usize) -> Vec<f64> {
-    values.retain(|x| x.is_finite());
-    values.sort_unstable_by(f64::total_cmp);
-    values.dedup();
-    let Some(last) = values.len().checked_sub(1) else { return vec![0.0, 1.0] };
-    let count = count.min(last).max(1);
-    (0..=count).map(|k| values[(k * last) / count]).collect()
+/// Increasing values, at least two, that bound intervals; with a guide that finds an interval in a step or two.
+#[derive(Debug)]
+struct Lines {
+    values: Vec<f64>,
+    /// Steps of the guide per unit.
+    rate: f64,
+    /// How many values stand in the steps before each; one more than there are steps.
+    guide: Vec<u32>,
 }
 
-/// The interval of `lines` that holds `x`; the first or last for what lies beyond.
-fn bucket_of(lines: &[f64], x: f64) -> usize {
-    lines.partition_point(|&line| line <= x).clamp(1, lines.len() - 1) - 1
+impl Lines {
+    /// Quantiles of `values` as bounds of at most `count` intervals. Of many values every k-th is looked at, and the ends.
+    fn quantiles(values: impl Iterator<Item = f64> + Clone, count: usize) -> Self {
+        let finite = values.filter(|x| x.is_finite());
+        let total = finite.clone().count();
+        if total == 0 {
+            return Self::new(vec![0.0, 1.0]);
+        }
+        let low = finite.clone().fold(f64::INFINITY, f64::min);
+        let high = finite.clone().fold(f64::NEG_INFINITY, f64::max);
+        let stride = (total / (SAMPLES_PER_LINE * count)).max(1);
+        let mut sample: Vec<f64> = finite.step_by(stride).chain([low, high]).collect();
+        sample.sort_unstable_by(f64::total_cmp);
+        sample.dedup();
+        let last = sample.len() - 1;
+        let count = count.min(last);
+        Self::new(if count == 0 {
+            vec![low, low + 1.0]
+        } else {
+            (0..=count).map(|k| sample[(k * last) / count]).collect()
+        })
+    }
+
+    fn new(values: Vec<f64>) -> Self {
+        let mut lines = Self { rate: 0.0, guide: vec![0; values.len() + 1], values };
+        let rate = lines.values.len() as f64 / lines.width();
+        // An infinite rate (a width next to nothing) would give no order; one step then holds everything.
+        lines.rate = if rate.is_finite() { rate } else { 0.0 };
+        for k in 0..lines.values.len() {
+            let step = lines.step(lines.values[k]);
+            lines.guide[step + 1] += 1;
+        }
+        for k in 1..lines.guide.len() {
+            lines.guide[k] += lines.guide[k - 1];
+        }
+        lines
+    }
+
+    /// How many intervals there are.
+    const fn count(&self) -> usize {
+        self.values.len() - 1
+    }
+
+    fn width(&self) -> f64 {
+        self.values[self.count()] - self.values[0]
+    }
+
+    /// The guide's step of a value: never less for a greater value, which is all that the guide needs.
+    fn step(&self, x: f64) -> usize {
+        (((x - self.values[0]) * self.rate) as usize).min(self.guide.len() - 2)
+    }
+
+    /// The interval that holds `x`; the first or last for what lies beyond.
+    fn interval(&self, x: f64) -> usize {
+        let step = self.step(x);
+        let (from, to) = (self.guide[step] as usize, self.guide[step + 1] as usize);
+        let below = from + self.values[from..to].partition_point(|&line| line <= x);
+        below.clamp(1, self.count()) - 1
+    }
 }
 
 /// The least and greatest x of the part of a convex hull of two or three points between two heights.
@@ -312,6 +373,19 @@ mod tests {
         let lines = GridLines::uniform(Domain { u: [0.0, 1.0], v: [0.0, 1.0] }, 2, 2);
         let mesh = grid(lines.u, lines.v);
         assert_eq!(Locator::new(&mesh).locate(DVec2::NAN), None);
+    }
+
+    #[test]
+    fn an_interval_is_found_as_by_searching_all_lines() {
+        let uneven = vec![-3.0, -2.999, -2.998, 0.0, 1e-9, 2e-9, 5.0, 1000.0];
+        let lines = Lines::new(uneven.clone());
+        for &line in &uneven {
+            for x in [line, line.next_down(), line.next_up(), line + 0.5, line - 0.5, line * 2.0] {
+                let searched = uneven.partition_point(|&l| l <= x).clamp(1, uneven.len() - 1) - 1;
+                assert_eq!(lines.interval(x), searched, "{x}");
+            }
+        }
+        assert_eq!((lines.interval(f64::NEG_INFINITY), lines.interval(f64::INFINITY)), (0, 6));
     }
 
     /// Strictly increasing lines with very uneven steps.

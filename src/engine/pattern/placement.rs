@@ -129,7 +129,7 @@ impl Align {
                     .ok_or_else(|| refuse("the direction in space must have a length; [1, 0, 0] is along x"))?;
                 let (_, mut su, mut sv) = surface.first_derivatives(at.x, at.y);
                 let mut area = su.cross(sv).length_squared();
-                if !(area > 0.0) {
+                if area == 0.0 {
                     let [u, v] = surface.domain().inwards(at.x, at.y, OFF_POLE);
                     (_, su, sv) = surface.first_derivatives(u, v);
                     area = su.cross(sv).length_squared();

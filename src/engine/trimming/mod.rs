@@ -20,7 +20,7 @@ mod region;
 mod trimmed_surface;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use checked::{CheckedCurve, CheckedLoop, CheckedTrims};
 pub use error::{TrimWarning, TrimmingError};

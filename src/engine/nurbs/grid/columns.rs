@@ -4,7 +4,7 @@
 //! one knot span, function by function, so that a sum over control points runs over whole blocks side by side. For each
 //! row the net is first contracted along v to one line of control points a derivative; the columns' sums run along it.
 
-use crate::engine::nurbs::basis::Basis;
+use crate::engine::nurbs::basis::{Basis, WIDEST};
 use crate::engine::nurbs::{KnotVector, Surface};
 
 /// Columns that are worked on side by side. More: fewer turns of the loop; fewer: less is wasted where spans hold few
@@ -40,7 +40,7 @@ impl Columns {
         let width = knots.degree() + 1;
         let mut columns = Self { blocks: Vec::new(), functions: Vec::new() };
         for (column, &u) in us.iter().enumerate() {
-            let basis = Basis::<ORDERS>::at(knots, u);
+            let basis = Basis::<ORDERS, WIDEST>::at(knots, u);
             let fits = columns.blocks.last().is_some_and(|b| b.first_control == basis.first && b.len < LANES);
             if !fits {
                 columns.blocks.push(Block { first_control: basis.first, start: column, len: 0 });
@@ -114,7 +114,7 @@ fn homogeneous(surface: &Surface, from: usize, to: usize) -> Vec<Homogeneous> {
 
 /// Contracts every row of control points of `net` with the functions along v at `v`; derivative by derivative.
 fn contract<const ORDERS: usize>(net: &[Homogeneous], knots: &KnotVector, v: f64, lines: &mut [Homogeneous]) {
-    let basis = Basis::<ORDERS>::at(knots, v);
+    let basis = Basis::<ORDERS, WIDEST>::at(knots, v);
     let width = knots.degree() + 1;
     let count = lines.len() / ORDERS;
     for (i, points) in net.chunks_exact(knots.control_count()).enumerate() {

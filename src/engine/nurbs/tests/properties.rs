@@ -4,7 +4,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::shapes::{any_knots, any_surface};
-use crate::engine::nurbs::basis::Basis;
+use crate::engine::nurbs::basis::{Basis, WIDEST};
 use crate::engine::nurbs::grid::FirstDerivatives;
 use crate::engine::nurbs::{Curve3, GridSamples, Surface};
 
@@ -34,7 +34,7 @@ proptest! {
     fn basis_functions_sum_to_one_and_their_derivatives_to_zero(
         knots in (1..=25_usize).prop_flat_map(any_knots), x in 0.0..=1.0_f64,
     ) {
-        let basis = Basis::<3>::at(&knots, at(knots.domain(), x));
+        let basis = Basis::<3, WIDEST>::at(&knots, at(knots.domain(), x));
         let p = knots.degree();
         let sums = basis.rows.map(|row| row[..=p].iter().sum::<f64>());
         let sizes = basis.rows.map(|row| row[..=p].iter().map(|n| n.abs()).sum::<f64>());

@@ -5,4 +5,4 @@ mod faults;
 mod random;
 mod real;
 mod reference;
-mod samples;
+pub(crate) mod samples;

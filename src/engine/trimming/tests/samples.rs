@@ -51,7 +51,7 @@ pub(super) fn face(json: &Value) -> TrimmedSurface {
 }
 
 /// All real faces with their names and the facts given about them.
-pub(super) fn real_faces() -> Vec<(String, TrimmedSurface, Value)> {
+pub(crate) fn real_faces() -> Vec<(String, TrimmedSurface, Value)> {
     let Some(folder) = shared("data/surfaces") else { return Vec::new() };
     let mut files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     files.sort();
