@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3};
 use super::mapping_order::{MappingOrder, Record};
 use super::rings::Rings;
 use super::unfolding::{Hinge, orientation};
-use super::{Average, Check, Flattening, FlatteningError, LevelCounts, Parent, Readings};
+use super::{Anchor, Average, Check, Flattening, FlatteningError, LevelCounts, Parent, Readings};
 use crate::engine::error::Place;
 use crate::engine::mesh::topology::{NONE, next, prev};
 use crate::engine::mesh::{Mesh, MeshFault, Topology};
@@ -259,9 +259,11 @@ fn run(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) -
     while from < to {
         scratch.order.arrange(from, readings.order);
         let level = scratch.levels.len() as u32;
-        let (counts, flipped) = match readings.parent {
-            Parent::First => process::<false>(mesh, readings, from..to, scratch),
-            Parent::Last => process::<true>(mesh, readings, from..to, scratch),
+        let (counts, flipped) = match (readings.parent, readings.anchor) {
+            (Parent::First, Anchor::Start) => process::<false, false>(mesh, readings, from..to, scratch),
+            (Parent::First, Anchor::End) => process::<false, true>(mesh, readings, from..to, scratch),
+            (Parent::Last, Anchor::Start) => process::<true, false>(mesh, readings, from..to, scratch),
+            (Parent::Last, Anchor::End) => process::<true, true>(mesh, readings, from..to, scratch),
         };
         scratch.levels.push(counts);
         scratch.flattened = from + counts.triangles as usize;
@@ -303,7 +305,7 @@ fn lay_seed(mesh: &CaderMesh, parent: Parent, seed: u32, scratch: &mut Scratch) 
 /// was counted, and the least triangle that turned over.
 ///
 /// All that the loop needs stands in local slices, and nothing in it allocates.
-fn process<const LAST: bool>(
+fn process<const LAST: bool, const END: bool>(
     mesh: &CaderMesh,
     readings: Readings,
     level: Range<usize>,
@@ -315,15 +317,19 @@ fn process<const LAST: bool>(
     let hinges = mesh.hinges.as_slice();
     let mut walk = scratch.order.walk();
     let (mut averaged, mut duplicates) = (0, 0);
+    // Where averaging goes along a front each triangle stands on the apex of the one before. Kept at hand it need not go
+    // through memory.
+    let (mut last, mut last_place) = (NONE, DVec2::NAN);
     let mut at = level.start;
     let mut flipped = None;
     while at < level.end {
         let tag = walk.tag(at, parent);
         at += 1;
         let hinge = &hinges[(tag - (tag >> 2)) as usize];
-        let (a, b) = (flat[hinge.start as usize], flat[hinge.end as usize]);
+        let a = if hinge.start == last { last_place } else { flat[hinge.start as usize] };
+        let b = if hinge.end == last { last_place } else { flat[hinge.end as usize] };
         walk.touch(hinge.neighbours, parent);
-        let new = hinge.unfold(a, b, readings.anchor);
+        let new = hinge.unfold::<END>(a, b);
         let apex = hinge.apex as usize;
         let before = positions[apex];
         positions[apex] = before + 1;
@@ -338,6 +344,7 @@ fn process<const LAST: bool>(
                 Average::Running => old + (new.tip() - old) / f64::from(before + 1),
             };
             flat[apex] = moved;
+            (last, last_place) = (hinge.apex, moved);
             averaged += 1;
             duplicates += u32::from(before > 1);
             match readings.check {

@@ -38,8 +38,8 @@ pub(super) struct MappingOrder {
 impl MappingOrder {
     /// Forgets the last run and begins with a seed.
     pub(super) fn begin(&mut self, triangles: usize, seed: u32) {
-        // A triangle's two neighbours are written to the queue's end before it is known whether they are new.
-        self.queue.resize(triangles + 2, 0);
+        // A triangle's neighbours are written to the queue's end before it is known whether they are new.
+        self.queue.resize(triangles + 1, 0);
         self.seen.clear();
         self.seen.resize(triangles + 1, UNSEEN);
         self.seen[triangles] = SEEN;
@@ -115,18 +115,15 @@ impl Walk<'_> {
     /// Meets two neighbours of the triangle that is being processed, by the tags of their own half-edges.
     #[inline]
     pub(super) fn touch(&mut self, [one, two]: [u32; 2], parent: Parent) {
-        let [s, t] = [(one >> 2) as usize, (two >> 2) as usize];
-        let ends = &mut self.queue[self.queued..self.queued + 2];
-        ends[0] = one;
-        let new_one = self.seen[s] == UNSEEN;
-        self.seen[s] |= SEEN;
-        ends[usize::from(new_one)] = two;
-        let new_two = self.seen[t] == UNSEEN;
-        self.seen[t] |= SEEN;
-        self.queued += usize::from(new_one) + usize::from(new_two);
-        if parent == Parent::Last {
-            self.touched[s] = one;
-            self.touched[t] = two;
+        for tag in [one, two] {
+            let triangle = (tag >> 2) as usize;
+            // Written before it is known whether it is new: a branch would be guessed wrongly half of the time.
+            self.queue[self.queued] = tag;
+            self.queued += usize::from(self.seen[triangle] == UNSEEN);
+            self.seen[triangle] |= SEEN;
+            if parent == Parent::Last {
+                self.touched[triangle] = tag;
+            }
         }
     }
 }

@@ -1,6 +1,8 @@
 //! From a mesh in space to the plane (thesis chapter 4).
 
 pub mod cader;
+#[cfg(test)]
+mod closed_forms;
 mod error;
 mod mapping_order;
 mod options;

@@ -11,7 +11,8 @@ use crate::engine::mesh::topology::{NONE, next, prev};
 /// Rings of all vertices.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rings {
-    starts: Vec<u32>,
+    /// For each vertex where its ring begins and ends.
+    spans: Vec<[u32; 2]>,
     neighbours: Vec<u32>,
     /// The triangle between a neighbour and the next one, [`NONE`] at the end of a fan.
     triangles: Vec<u32>,
@@ -47,7 +48,9 @@ impl Rings {
         let starts = lengths;
         let mut place = starts.clone();
         let total = starts.last().map_or(0, |&n| n as usize);
-        let mut rings = Self { starts, neighbours: vec![gap; total], triangles: vec![NONE; total] };
+        // Without the gap at the end.
+        let spans = starts.windows(2).map(|s| [s[0], s[1].max(s[0] + 1) - 1]).collect();
+        let mut rings = Self { spans, neighbours: vec![gap; total], triangles: vec![NONE; total] };
         for &(first, count) in &fans {
             let at = &mut place[topology.origin(first) as usize];
             for h in fan(topology, first) {
@@ -65,19 +68,14 @@ impl Rings {
     /// The ring of a vertex.
     #[inline]
     pub(super) fn of(&self, vertex: u32) -> &[u32] {
-        // The last entry is always a gap.
-        &self.neighbours[self.range(vertex)]
+        let [start, end] = self.spans[vertex as usize];
+        &self.neighbours[start as usize..end as usize]
     }
 
     /// The triangles that go with [`Rings::of`].
     pub(super) fn triangles_of(&self, vertex: u32) -> &[u32] {
-        &self.triangles[self.range(vertex)]
-    }
-
-    #[inline]
-    fn range(&self, vertex: u32) -> std::ops::Range<usize> {
-        let (start, end) = (self.starts[vertex as usize] as usize, self.starts[vertex as usize + 1] as usize);
-        start..end.saturating_sub(1).max(start)
+        let [start, end] = self.spans[vertex as usize];
+        &self.triangles[start as usize..end as usize]
     }
 }
 

@@ -8,8 +8,6 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Anchor;
-
 /// A half-edge with all that is needed to unfold its triangle over it. Tags are those of the mapping order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hinge {
@@ -46,14 +44,11 @@ impl Hinge {
         [DVec2::ZERO, DVec2::new(self.foot[0] - self.foot[1], 0.0), DVec2::new(self.foot[0], self.height)]
     }
 
-    /// The arm to where the apex comes to lie when the edge lies from `a` to `b`.
+    /// The arm to where the apex comes to lie when the edge lies from `a` to `b`; its end or its start is the anchor.
     #[inline]
-    pub(super) fn unfold(&self, a: DVec2, b: DVec2, anchor: Anchor) -> Arm {
+    pub(super) fn unfold<const END: bool>(&self, a: DVec2, b: DVec2) -> Arm {
         let d = b - a;
-        let (from, foot) = match anchor {
-            Anchor::Start => (a, self.foot[0]),
-            Anchor::End => (b, self.foot[1]),
-        };
+        let (from, foot) = if END { (b, self.foot[1]) } else { (a, self.foot[0]) };
         let squared = d.length_squared();
         Arm { from, arm: (d * foot + d.perp() * self.height) * (1.0 / squared), length: squared.sqrt() }
     }
@@ -116,12 +111,12 @@ mod tests {
         let (hinge, [a, b, c]) = hinge();
         let (p, turn) = (DVec2::new(-3.0, 8.0), DVec2::from_angle(2.3));
         let q = p + turn * a.distance(b);
-        for anchor in [Anchor::Start, Anchor::End] {
-            let r = hinge.unfold(p, q, anchor).tip();
+        for arm in [hinge.unfold::<false>(p, q), hinge.unfold::<true>(p, q)] {
+            let r = arm.tip();
             assert!((p.distance(r) - a.distance(c)).abs() < 1e-13);
             assert!((q.distance(r) - b.distance(c)).abs() < 1e-13);
             assert!(orientation(p, q, r) > 0.0);
-            let middle = hinge.unfold(p, q, anchor).midway(DVec2::new(2.0, 5.0));
+            let middle = arm.midway(DVec2::new(2.0, 5.0));
             assert!(middle.distance((r + DVec2::new(2.0, 5.0)) * 0.5) < 1e-14);
         }
     }
@@ -130,8 +125,8 @@ mod tests {
     fn over_a_longer_edge_the_anchor_keeps_its_own_length_and_the_other_does_not() {
         let (hinge, [a, b, c]) = hinge();
         let q = DVec2::new(a.distance(b) * 1.25, 0.0);
-        let from_start = hinge.unfold(DVec2::ZERO, q, Anchor::Start).tip();
-        let from_end = hinge.unfold(DVec2::ZERO, q, Anchor::End).tip();
+        let from_start = hinge.unfold::<false>(DVec2::ZERO, q).tip();
+        let from_end = hinge.unfold::<true>(DVec2::ZERO, q).tip();
         assert!((from_start.length() - a.distance(c)).abs() < 1e-14);
         assert!((from_end.distance(q) - b.distance(c)).abs() < 1e-14);
         assert!((from_end.x - from_start.x - a.distance(b) * 0.25).abs() < 1e-14);

@@ -6,6 +6,7 @@ use serde_json::Value;
 use crate::engine::flattening::{Anchor, Average, Check, Order, Parent, Readings};
 use crate::engine::mesh::Mesh;
 use crate::engine::mesh::test_meshes::{Diagonal, grid, grid_triangles};
+use crate::engine::nurbs::{KnotVector, Surface};
 
 /// A case file, or `None` (with one line of explanation) where the reference folder is missing.
 pub(crate) fn load(name: &str) -> Option<Value> {
@@ -63,37 +64,15 @@ pub(crate) fn cylinder_mesh(file: &Value, case: &Value) -> Mesh {
     Mesh { positions, triangles: grid_triangles(20, 20, Diagonal::Regular), uv: None }
 }
 
-/// A uniform grid on a non-rational surface of a case file. Small and slow: by the definition of the basis functions.
+/// A uniform grid on a non-rational surface over the unit square of a case file.
 pub(crate) fn surface_mesh(surface: &Value, m: usize, n: usize, diagonal: Diagonal) -> Mesh {
-    let (knots_u, knots_v) = (numbers(&surface["knots_u"]), numbers(&surface["knots_v"]));
-    let degree = |key: &str| surface[key].as_u64().unwrap() as usize;
-    let (p, q) = (degree("degree_u"), degree("degree_v"));
+    let knots = |direction: &str| {
+        let degree = surface[format!("degree_{direction}")].as_u64().unwrap() as usize;
+        KnotVector::new(degree, numbers(&surface[format!("knots_{direction}")]), "knots").unwrap()
+    };
     let rows = surface["control_points"].as_array().unwrap();
-    let net: Vec<Vec<DVec3>> = rows
-        .iter()
-        .map(|row| row.as_array().unwrap().iter().map(|c| DVec3::from_slice(&numbers(c))).collect())
-        .collect();
-    grid(m, n, diagonal, |u, v| {
-        let at = |i: usize, j: usize| basis(&knots_u, i, p, u) * basis(&knots_v, j, q, v);
-        let mut point = DVec3::ZERO;
-        for (i, row) in net.iter().enumerate() {
-            for (j, control) in row.iter().enumerate() {
-                point += *control * at(i, j);
-            }
-        }
-        point
-    })
-}
-
-/// Basis function (1.2) with half-open spans, the last one closed.
-fn basis(knots: &[f64], i: usize, degree: usize, t: f64) -> f64 {
-    if degree == 0 {
-        let last = knots[knots.len() - 1];
-        let within = knots[i] <= t && t < knots[i + 1];
-        let at_end = t == last && knots[i] < last && knots[i + 1] == last;
-        return f64::from(u8::from(within || at_end));
-    }
-    let share = |numerator: f64, span: f64| if span > 0.0 { numerator / span } else { 0.0 };
-    share(t - knots[i], knots[i + degree] - knots[i]) * basis(knots, i, degree - 1, t)
-        + share(knots[i + degree + 1] - t, knots[i + degree + 1] - knots[i + 1]) * basis(knots, i + 1, degree - 1, t)
+    let control = rows.iter().flat_map(|row| row.as_array().unwrap());
+    let control = control.map(|c| DVec3::from_slice(&numbers(c))).collect();
+    let surface = Surface::new(knots("u"), knots("v"), control, None).unwrap();
+    grid(m, n, diagonal, |u, v| surface.point(u, v))
 }
