@@ -50,11 +50,11 @@ impl Hinge {
         let d = b - a;
         let (from, foot) = if END { (b, self.foot[1]) } else { (a, self.foot[0]) };
         let squared = d.length_squared();
-        Arm { from, arm: (d * foot + d.perp() * self.height) * (1.0 / squared), length: squared.sqrt() }
+        Arm { from, reach: (d * foot + d.perp() * self.height) * (1.0 / squared), length: squared.sqrt() }
     }
 }
 
-/// A position that is being computed: `from + arm * length`.
+/// A position that is being computed: `from + reach * length`.
 ///
 /// Each triangle of a level waits for the apex of the one before, so what costs time is how long one takes and not how
 /// much there is to do. The square root takes longest. Hence the reciprocal is taken of the square beside it, instead of
@@ -62,7 +62,7 @@ impl Hinge {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Arm {
     from: DVec2,
-    arm: DVec2,
+    reach: DVec2,
     length: f64,
 }
 
@@ -70,13 +70,13 @@ impl Arm {
     /// The position.
     #[inline]
     pub(super) fn tip(self) -> DVec2 {
-        self.from + self.arm * self.length
+        self.from + self.reach * self.length
     }
 
     /// The middle between the position and another.
     #[inline]
     pub(super) fn midway(self, other: DVec2) -> DVec2 {
-        (self.from + other) * 0.5 + (self.arm * 0.5) * self.length
+        (self.from + other) * 0.5 + (self.reach * 0.5) * self.length
     }
 }
 
