@@ -16,10 +16,9 @@ use crate::formats::numbers::{WriteError, decimals, short};
 
 /// White border against the larger side of the pattern.
 const MARGIN: f64 = 0.02;
-/// Width of lines against the larger side of the pattern, at most [`LINE_WIDTH_MOST`].
-const LINE_WIDTH: f64 = 0.002;
-/// Widest line, mm.
-const LINE_WIDTH_MOST: f64 = 0.25;
+/// Width of lines against the larger side of the pattern: seen when the whole drawing fills a screen. Cutters follow the
+/// line's middle and take its width for nothing.
+const LINE_WIDTH: f64 = 0.0015;
 
 /// The drawing.
 ///
@@ -52,7 +51,7 @@ pub fn write(pattern: &Pattern, title: &TitleBlock) -> Result<Vec<u8>, WriteErro
     }
     let line = format!(
         "fill=\"none\" fill-rule=\"evenodd\" stroke-width=\"{}\" stroke-linejoin=\"round\"",
-        n((LINE_WIDTH * size).min(LINE_WIDTH_MOST))
+        n(LINE_WIDTH * size)
     );
     let _ = writeln!(out, "{} {line} stroke=\"#000000\">", layer("CUT"));
     for piece in &pattern.pieces {
