@@ -128,7 +128,7 @@ pub fn summarise(read: &ReadSurface) -> Summary {
         }
     };
     let diagonal_mm = low.distance(high);
-    if diagonal_mm > LARGE_MM || diagonal_mm < SMALL_MM {
+    if !(SMALL_MM..=LARGE_MM).contains(&diagonal_mm) {
         let (size, unit) = if diagonal_mm > LARGE_MM { (diagonal_mm * 1e-3, "m") } else { (diagonal_mm, "mm") };
         let said = read.units.symbol();
         warn("unusual-size", format!("taken in {said}, the part's diagonal is {size:.4} {unit}: check the units"));

@@ -222,7 +222,7 @@ impl ser::SerializeMap for Fields<'_> {
     fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), Found> {
         // Keys of our maps are texts; another key has no name in the path.
         let name = serde_json::to_value(key).ok();
-        self.key = name.as_ref().and_then(serde_json::Value::as_str).unwrap_or("?").to_owned();
+        name.as_ref().and_then(serde_json::Value::as_str).unwrap_or("?").clone_into(&mut self.key);
         Ok(())
     }
 

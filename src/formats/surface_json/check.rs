@@ -120,7 +120,7 @@ impl Checker<'_> {
             self.require(&[], knot, &knots[k], "the knot vector");
         }
         self.require(&[], "control_points", &control, "the control net");
-        let size = control.as_ref().map(|net| [net.rows, net.columns]);
+        let size = control.as_ref().map(|net| [net.count, net.columns]);
         let [knots_u, knots_v] = knots;
         let [degree_u, degree_v] = degrees;
         let even = control.as_ref().is_some_and(|net| net.even);
@@ -140,13 +140,13 @@ impl Checker<'_> {
         );
         let weights = match weights {
             Field::Given(w) => {
-                if let Some([rows, columns]) = size.filter(|_| even && w.even) {
-                    if [w.rows, w.columns] != [rows, columns] {
-                        self.fault(
-                            &[Step::Field("weights")],
-                            format!("{} x {} weights where the control net is {rows} x {columns}", w.rows, w.columns),
-                        );
-                    }
+                if let Some([rows, columns]) = size.filter(|_| even && w.even)
+                    && [w.count, w.columns] != [rows, columns]
+                {
+                    self.fault(
+                        &[Step::Field("weights")],
+                        format!("{} x {} weights where the control net is {rows} x {columns}", w.count, w.columns),
+                    );
                 }
                 let columns = w.columns.max(1);
                 let even = w.even;

@@ -50,7 +50,7 @@ impl<T> Field<T> {
 /// Rows of equal length, one after the other.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Rows<T> {
-    pub(super) rows: usize,
+    pub(super) count: usize,
     pub(super) columns: usize,
     pub(super) values: Vec<T>,
     /// False when some row had another length than the first.
@@ -363,7 +363,7 @@ impl DraftReader<'_> {
             return Ok(Field::Missing);
         }
         let limit = self.limits.control_points;
-        let mut out = Rows { rows: 0, columns: 0, values: Vec::new(), even: true };
+        let mut out = Rows { count: 0, columns: 0, values: Vec::new(), even: true };
         let is_array = self.array(limit, "rows", |r, row| {
             let room = limit - out.values.len();
             let before = out.values.len();
@@ -371,7 +371,7 @@ impl DraftReader<'_> {
                 out.values.push(read(r)?);
                 Ok(())
             })?;
-            out.rows = row + 1;
+            out.count = row + 1;
             let length = out.values.len() - before;
             if !is_row {
                 out.even = false;

@@ -27,6 +27,7 @@ const MAX_OTHERS: usize = 32;
 ///
 /// # Errors
 /// A fault with line and column when the text is not JSON, or a part is given twice.
+#[expect(clippy::result_large_err, reason = "one fault a request, handed straight to the list of faults")]
 pub fn envelope(bytes: &[u8]) -> Result<Option<Envelope>, Fault> {
     let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let mark = bytes.len() - text.len();

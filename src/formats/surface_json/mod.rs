@@ -120,7 +120,7 @@ fn loop_fault(error: &TrimmingError, prefix: &str) -> Fault {
 /// A byte offset as a person finds it: both counted from 1, columns in characters.
 fn line_and_column(bytes: &[u8], at: usize) -> String {
     let before = &bytes[..at.min(bytes.len())];
-    let line = before.iter().filter(|b| **b == b'\n').count() + 1;
+    let line = before.split(|b| *b == b'\n').count();
     let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
     let column = String::from_utf8_lossy(&before[start..]).chars().count() + 1;
     format!("line {line}, column {column}")

@@ -22,7 +22,7 @@ pub fn write(name: Option<&str>, labels: &BTreeMap<String, String>, trimmed: &Tr
     let _ = writeln!(out, "  \"degree_u\": {},\n  \"degree_v\": {},", u.degree(), v.degree());
     let _ = writeln!(out, "  \"knots_u\": {},\n  \"knots_v\": {},", list(u.knots()), list(v.knots()));
     let columns = v.control_count();
-    let rows: Vec<String> = surface.control().chunks(columns).map(|row| points3(row)).collect();
+    let rows: Vec<String> = surface.control().chunks(columns).map(points3).collect();
     let _ = writeln!(out, "  \"control_points\": [\n    {}\n  ],", rows.join(",\n    "));
     match surface.weights() {
         Some(weights) => {
