@@ -61,7 +61,7 @@ pub fn paths() -> Vec<(Method, &'static str)> {
 
 /// What every request goes through, from the inside out: a panic becomes an answer, every error a problem document,
 /// long answers are compressed, and compressed ones have tags of their own.
-fn surrounded(router: Router<App>) -> Router<App> {
+fn surrounded<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> {
     router
         .fallback(nothing_here)
         .layer(CatchPanicLayer::custom(panicked))
@@ -113,5 +113,50 @@ impl Routes {
         self.router = self.router.route(path, on(filter, handler));
         self.paths.push((method, path));
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::body::Body;
+    use axum::http::{Request, StatusCode};
+    use axum::routing::get;
+    use http_body_util::BodyExt as _;
+    use tower::ServiceExt as _;
+
+    use super::*;
+
+    async fn panics() -> &'static str {
+        panic!("something secret")
+    }
+
+    async fn asked(router: &Router, path: &str) -> (StatusCode, String) {
+        let request = Request::get(path).body(Body::empty()).unwrap();
+        let answer = router.clone().oneshot(request).await.unwrap();
+        assert_eq!(answer.headers()["x-content-type-options"], "nosniff");
+        let status = answer.status();
+        let body = answer.into_body().collect().await.unwrap().to_bytes();
+        (status, String::from_utf8(body.to_vec()).unwrap())
+    }
+
+    #[tokio::test]
+    async fn a_panic_is_a_problem_that_tells_nothing_and_the_next_request_is_served() {
+        let router = surrounded(Router::new().route("/panic", get(panics)).route("/good", get(|| async { "good" })));
+        let (status, text) = asked(&router, "/panic").await;
+        assert_eq!(status, StatusCode::INTERNAL_SERVER_ERROR);
+        assert!(text.contains("/problems/internal") && !text.contains("secret"), "{text}");
+        assert_eq!(asked(&router, "/good").await, (StatusCode::OK, "good".to_owned()));
+    }
+
+    #[tokio::test]
+    async fn errors_that_the_framework_makes_are_problems_too() {
+        let refusing = get(|| async { (StatusCode::PAYLOAD_TOO_LARGE, "too long") });
+        let router = surrounded(Router::new().route("/long", refusing));
+        let (status, text) = asked(&router, "/long").await;
+        assert_eq!(status, StatusCode::PAYLOAD_TOO_LARGE);
+        assert!(text.contains("/problems/body-too-large"), "{text}");
+        let (status, text) = asked(&router, "/nowhere").await;
+        assert_eq!(status, StatusCode::NOT_FOUND);
+        assert!(text.contains("/problems/not-found"), "{text}");
     }
 }

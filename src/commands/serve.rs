@@ -40,7 +40,7 @@ async fn serving(settings: &Settings) -> anyhow::Result<()> {
         .await
         .with_context(|| format!("{} cannot be listened on", settings.listen))?;
     let address = listener.local_addr().context("the listener has no address")?;
-    let queue = Queue::start(store.clone(), Arc::new(EngineRunner::default()), machine(settings)).await?;
+    let queue = Queue::start(store.clone(), Arc::new(EngineRunner), machine(settings)).await?;
     let draining = CancellationToken::new();
     let app = App::new(store.clone(), queue.clone(), settings, draining.clone());
     let limits = ConnectionLimits {

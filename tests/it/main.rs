@@ -7,6 +7,7 @@ mod formats_programs;
 mod support;
 
 mod api_calls;
+mod api_faults;
 mod architecture;
 mod contract;
 mod queue_bounds;
@@ -16,6 +17,7 @@ mod queue_edges;
 mod queue_leases;
 mod queue_running;
 mod real_surfaces;
+mod serving;
 mod store_contents;
 mod store_directory;
 mod store_faults;

@@ -5,6 +5,7 @@ pub(crate) mod binary;
 pub(crate) mod child;
 pub(crate) mod contract;
 pub(crate) mod queue;
+pub(crate) mod service;
 
 use std::path::Path;
 
