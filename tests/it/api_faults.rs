@@ -94,7 +94,7 @@ async fn all_faults_of_a_job_come_at_once() {
     let wrong = json!({ "kind": 3, "sruface": "x", "flattening": { "sed": 1, "readings": { "order": "up" } } });
     let answer = live.post("/v1/jobs", &wrong).await.expect(422);
     assert_eq!(answer.pointers(), ["/flattening/readings/order", "/flattening/sed", "/kind", "/sruface", "/surface"]);
-    assert_eq!(live.post("/v1/jobs", &json!([])).await.expect(415).problem("unsupported-media-type")["status"], 415);
+    assert_eq!(live.post("/v1/jobs", &json!([])).await.expect(422).pointers(), [""]);
     nothing_stored(&live).await;
 }
 
@@ -139,11 +139,13 @@ async fn bodies_of_other_types_and_lengths_are_refused() {
         // One with its length announced, one that turns out too long.
         let long = format!("{{{}}}", " ".repeat(1 << 20));
         live.post_bytes(path, long.clone()).await.expect(413).problem("body-too-large");
-        let pieces = futures_util::stream::iter(long.into_bytes().chunks(65_536).map(<[u8]>::to_vec).collect::<Vec<_>>());
+        let pieces =
+            futures_util::stream::iter(long.into_bytes().chunks(65_536).map(<[u8]>::to_vec).collect::<Vec<_>>());
         let pieces = futures_util::StreamExt::map(pieces, Ok::<_, std::io::Error>);
-        let body = reqwest::Body::wrap(http_body_util::StreamBody::new(futures_util::StreamExt::map(pieces, |piece| {
-            piece.map(|bytes| hyper::body::Frame::data(bytes::Bytes::from(bytes)))
-        })));
+        let body =
+            reqwest::Body::wrap(http_body_util::StreamBody::new(futures_util::StreamExt::map(pieces, |piece| {
+                piece.map(|bytes| hyper::body::Frame::data(bytes::Bytes::from(bytes)))
+            })));
         live.post_bytes(path, body).await.expect(413).problem("body-too-large");
     }
     nothing_stored(&live).await;
@@ -165,7 +167,9 @@ async fn addresses_methods_and_queries_that_do_not_exist_are_told_so() {
     wrong.problem("method-not-allowed");
     let allowed = wrong.header("allow").unwrap();
     assert!(allowed.contains("GET") && allowed.contains("POST"), "{allowed}");
-    for path in ["/v1/jobs?stat=queued", "/v1/jobs?state=lost", "/v1/jobs?limit=0", "/v1/surfaces?limit=x", "/problems?a=b"] {
+    for path in
+        ["/v1/jobs?stat=queued", "/v1/jobs?state=lost", "/v1/jobs?limit=0", "/v1/surfaces?limit=x", "/problems?a=b"]
+    {
         live.get(path).await.expect(400).problem("bad-request");
     }
     live.post("/v1/surfaces?units=furlong", &plate()).await.expect(400).problem("bad-request");

@@ -139,7 +139,8 @@ async fn the_command_line_writes_the_very_bytes_that_the_service_serves() {
     let folder = tempfile::tempdir().unwrap();
     let (data, out) = (folder.path().join("data"), folder.path().join("out"));
     let file = part("cone-with-holes.json");
-    let ran = program(&["run", "flatten"]).arg(&file).args(["--set", "flattening.seed=centre", "--out"]).arg(&out).output();
+    let ran =
+        program(&["run", "flatten"]).arg(&file).args(["--set", "flattening.seed=centre", "--out"]).arg(&out).output();
     let ran = ran.unwrap();
     assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8_lossy(&ran.stderr));
     let service = Service::start(&data, &[]);
@@ -156,7 +157,10 @@ async fn the_command_line_writes_the_very_bytes_that_the_service_serves() {
         let served = service.get(href).await.expect(200).body;
         assert!(std::fs::read(out.join(name)).unwrap() == served, "{name} differs");
     }
-    let (status, _) = { service.signal("TERM"); service.ended() };
+    let (status, _) = {
+        service.signal("TERM");
+        service.ended()
+    };
     assert_eq!(status.code(), Some(0));
 }
 

@@ -8,7 +8,8 @@ use crate::formats::faults::Fault;
 /// Deepest name: one more than any parameter has.
 const MAX_DEPTH: usize = 6;
 
-/// Puts one assignment `a.b=VALUE` into a job. VALUE is JSON where it parses as JSON, else a string; a label's is a string.
+/// Puts one assignment `a.b=VALUE` into a job. VALUE is JSON where it parses as JSON, a list where
+/// it is numbers between commas (brackets mean something to shells and to curl), else a string; a label's is a string.
 ///
 /// # Errors
 /// A fault when there is no `=`, the name is empty somewhere or too deep, or goes through something that is no object.
@@ -30,7 +31,7 @@ pub fn assign(job: &mut Value, assignment: &str) -> Result<(), Box<Fault>> {
     let value = if path[0] == "labels" {
         Value::from(text)
     } else {
-        serde_json::from_str(text).unwrap_or_else(|_| Value::from(text))
+        serde_json::from_str(text).ok().or_else(|| numbers(text)).unwrap_or_else(|| Value::from(text))
     };
     let mut at = job;
     for step in &path[..path.len() - 1] {
@@ -48,6 +49,13 @@ pub fn assign(job: &mut Value, assignment: &str) -> Result<(), Box<Fault>> {
     }
 }
 
+/// Two or more numbers between commas, as a list.
+fn numbers(text: &str) -> Option<Value> {
+    let list: Option<Vec<Value>> =
+        text.split(',').map(|part| serde_json::from_str(part).ok().filter(Value::is_number)).collect();
+    list.filter(|list| list.len() > 1).map(Value::from)
+}
+
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -62,8 +70,9 @@ mod tests {
     #[test]
     fn words_numbers_lists_and_labels_are_told_apart() {
         let job = assigned(&[
-            "flattening.seed=centre",
             "triangulation.grid=[60, 40]",
+            "flattening.seed.uv=0.5,1e-1",
+            "name.of.list=1,b",
             "limits.stretch_percent=3",
             "flattening.readings.order=fifo",
             "labels.part.number=4711",
@@ -72,7 +81,8 @@ mod tests {
         assert_eq!(
             job.unwrap(),
             json!({
-                "flattening": { "seed": "centre", "readings": { "order": "fifo" } },
+                "flattening": { "seed": { "uv": [0.5, 0.1] }, "readings": { "order": "fifo" } },
+                "name": { "of": { "list": "1,b" } },
                 "triangulation": { "grid": [60, 40] },
                 "limits": { "stretch_percent": 3 },
                 "labels": { "part.number": "4711", "note": "a=b" }
