@@ -22,3 +22,4 @@ mod store_contents;
 mod store_directory;
 mod store_faults;
 mod store_lists;
+mod triangulation_real;

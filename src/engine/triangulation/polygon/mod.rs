@@ -20,6 +20,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug, Default)]
 pub(super) struct PolygonTriangulator {
     sweep: sweep::Sweep,
+    turned: Vec<DVec2>,
     stack: Vec<u32>,
 }
 
@@ -38,7 +39,17 @@ impl PolygonTriangulator {
         edges: &[[u32; 2]],
         aspect: f64,
     ) -> Result<&[[u32; 3]], Trouble> {
-        self.sweep.run(points, edges)?;
+        // The sweep's triangles are rungs across its direction. Sweeping along the region's longer side leaves few flips;
+        // along the shorter one an ellipse of n points needs O(n^2). A quarter turn is exact.
+        let low = points.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let high = points.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        if (high.x - low.x) * aspect > high.y - low.y {
+            self.turned.clear();
+            self.turned.extend(points.iter().map(|p| p.perp()));
+            self.sweep.run(&self.turned, edges)?;
+        } else {
+            self.sweep.run(points, edges)?;
+        }
         let (triangles, twins) = self.sweep.mesh_mut();
         flips::make_delaunay(points, aspect, triangles, twins, &mut self.stack);
         Ok(self.sweep.mesh_mut().0)

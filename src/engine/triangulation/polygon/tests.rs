@@ -209,3 +209,58 @@ proptest! {
         }
     }
 }
+
+/// The constrained Delaunay triangulation by another hand: triangles by their corners' coordinates.
+fn by_spade(loops: &[Vec<DVec2>]) -> Vec<[[f64; 2]; 3]> {
+    use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+    let mut cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
+    for l in loops {
+        let handles: Vec<_> = l.iter().map(|p| cdt.insert(Point2::new(p.x, p.y)).unwrap()).collect();
+        for k in 0..handles.len() {
+            cdt.add_constraint(handles[k], handles[(k + 1) % handles.len()]);
+        }
+    }
+    let inside = |p: DVec2| {
+        let edges = loops.iter().flat_map(|l| (0..l.len()).map(|k| (l[k], l[(k + 1) % l.len()])));
+        let crossed =
+            edges.filter(|(a, b)| (a.y > p.y) != (b.y > p.y) && p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y));
+        crossed.count() % 2 == 1
+    };
+    cdt.inner_faces()
+        .map(|face| face.positions().map(|p| DVec2::new(p.x, p.y)))
+        .filter(|[a, b, c]| inside((*a + *b + *c) / 3.0))
+        .map(|corners| sorted(corners))
+        .collect()
+}
+
+fn sorted(corners: [DVec2; 3]) -> [[f64; 2]; 3] {
+    let mut corners = corners.map(|p| p.to_array());
+    corners.sort_by(|p, q| p.partial_cmp(q).unwrap());
+    corners
+}
+
+proptest! {
+    #[test]
+    fn triangulations_agree_with_those_of_another_library(
+        radii in prop::collection::vec(0.5_f64..1.0, 5..40),
+        hole in prop::collection::vec(0.1_f64..0.3, 4..12),
+        turn in 0.0..TAU,
+    ) {
+        let star = |radii: &[f64], around: f64| -> Vec<DVec2> {
+            let n = radii.len() as f64;
+            let at = |(k, r): (usize, &f64)| DVec2::from_angle(turn + around * k as f64 / n) * *r;
+            radii.iter().enumerate().map(at).collect()
+        };
+        let loops = [star(&radii, TAU), star(&hole, -TAU)];
+        let (points, edges) = region(&loops);
+        // The outer star's chords pass the middle at 0.5 cos 36 degrees or more: beyond the hole.
+        let mut triangulator = PolygonTriangulator::default();
+        let triangles = triangulator.triangulate(&points, &edges, 1.0).expect("loops that do not cross");
+        let mut ours: Vec<_> = triangles.iter().map(|t| sorted(t.map(|k| points[k as usize]))).collect();
+        let mut theirs = by_spade(&loops);
+        let order = |a: &[[f64; 2]; 3], b: &[[f64; 2]; 3]| a.partial_cmp(b).unwrap();
+        ours.sort_by(order);
+        theirs.sort_by(order);
+        prop_assert_eq!(ours, theirs);
+    }
+}

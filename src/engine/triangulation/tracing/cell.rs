@@ -56,6 +56,7 @@ pub(super) struct CellRegion {
     pub(super) sources: Vec<Source>,
     pub(super) edges: Vec<[u32; 2]>,
     ends: Vec<End>,
+    /// Points on the cell's edges, several at one place among them.
     touches: Vec<(CellEdge, u32)>,
     /// Number of vertices on the border; they come first, anticlockwise from the lower left corner.
     border: u32,
@@ -85,7 +86,11 @@ impl CellRegion {
         self.touches.clear();
         for event in events {
             match event.what {
-                What::List(_) => lists += 1,
+                What::List(list) => {
+                    lists += 1;
+                    let ends = [(list.enter, list.first), (list.leave, list.last)];
+                    self.touches.extend(ends.into_iter().filter(|&(_, point)| !steps[point as usize].on_corner()));
+                }
                 What::Contained { .. } => contained += 1,
                 What::Touch { edge, point } => self.touches.push((edge, point)),
                 What::Slide { inside } => slides += if inside { 1 } else { -1 },

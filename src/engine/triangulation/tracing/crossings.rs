@@ -7,7 +7,8 @@
 //!   may pinch the cell's polygon, and every list then runs from border to border through the cell's interior.
 //! - A part of a loop that slides along a cell edge belongs to no list (lists with such spikes are what goes wrong under
 //!   the scheme as printed). It tells both cells of the edge where the region lies: the cell to its left is inside.
-//! - Points on an edge are told to *both* cells of the edge, so a neighbour that no loop enters carries them as well.
+//! - A point on an edge is told to a cell of the edge also when no list of the cell begins or ends there, so a neighbour
+//!   that no loop enters carries it as well.
 
 use super::walk::Step;
 
@@ -42,7 +43,7 @@ pub struct CrossingList {
 pub(super) enum What {
     /// It runs through.
     List(CrossingList),
-    /// It has a point on an edge (corners are not told).
+    /// It has a point on an edge at which no list of this cell begins or ends (corners are not told).
     Touch { edge: CellEdge, point: u32 },
     /// It slides along an edge, with the region on this cell's side or on the other.
     Slide { inside: bool },
@@ -106,19 +107,23 @@ pub(super) fn distribute(steps: &[Step], base: u32, size: [u32; 2], events: &mut
     }
     let mut visited = Visited::default();
     let mut k = 0;
+    // The cell of the list that ended at step k.
+    let mut left = None;
     while k + 1 < steps.len() {
-        touch(&steps[k], base + k as u32, size, events);
         if let Some(sides) = slide(&steps[k], &steps[k + 1], size) {
+            touch(&steps[k], base + k as u32, [left, None], size, events);
             for (cell, inside) in sides.into_iter().zip([true, false]) {
                 events.extend(cell.map(|cell| Event { cell, what: What::Slide { inside } }));
             }
             if let Some(cell) = sides[0].or(sides[1]) {
                 visited.enter(cell);
             }
+            left = None;
             k += 1;
             continue;
         }
         let cell = cell_between(&steps[k], &steps[k + 1]);
+        touch(&steps[k], base + k as u32, [left, Some(cell)], size, events);
         visited.enter(cell);
         let first = k;
         k += 1;
@@ -134,19 +139,25 @@ pub(super) fn distribute(steps: &[Step], base: u32, size: [u32; 2], events: &mut
                 leave: edge_of(&steps[k], cell),
             }),
         });
+        left = Some(cell);
     }
-    // The last step is the first again, but it has its own index, which a list may end with.
-    touch(&steps[k], base + k as u32, size, events);
+    // The last step is the first again, but it has its own index, which a list may end with. Each cell at it is told one
+    // of the two by a list or both here; it takes the lower one.
+    touch(&steps[k], base + k as u32, [left, None], size, events);
     visited.count()
 }
 
-/// Tells a point on a grid line, if it is no corner, to the cells at both sides.
-fn touch(step: &Step, point: u32, size: [u32; 2], events: &mut Vec<Event>) {
+/// Tells a point on a grid line, if it is no corner, to those cells at it that do not know it from a list.
+fn touch(step: &Step, point: u32, knowing: [Option<[u32; 2]>; 2], size: [u32; 2], events: &mut Vec<Event>) {
     if step.on_corner() {
         return;
     }
     let [i, j] = step.code.map(|c| c / 2);
-    let mut tell = |cell, edge| events.push(Event { cell, what: What::Touch { edge, point } });
+    let mut tell = |cell, edge| {
+        if !knowing.contains(&Some(cell)) {
+            events.push(Event { cell, what: What::Touch { edge, point } });
+        }
+    };
     if step.code[0].is_multiple_of(2) {
         if i < size[0] {
             tell([i, j], CellEdge::Left);

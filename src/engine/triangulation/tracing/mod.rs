@@ -23,11 +23,11 @@ use self::{
     crossings::{Event, What},
     walk::{Step, Walker},
 };
-use super::{Configuration, DomainMesh, GridLines, TracingCounts, TriangulationError, grid_mesh};
+use super::{Configuration, DomainMesh, GridLines, TracingCounts, TriangulationError, grid_mesh, region_area};
 use crate::engine::{
     budget::Observer,
     error::{EngineError, Place},
-    nurbs::Surface,
+    nurbs::{Domain, Surface},
     trimming::TrimRegion,
 };
 
@@ -74,6 +74,8 @@ pub struct Traced {
     /// The region is the domain itself.
     natural: bool,
     aspect: f64,
+    /// About how many of the grid's cells the region fills.
+    filled: f64,
 }
 
 /// Traces the loops of a region on a grid.
@@ -96,27 +98,29 @@ pub fn trace(lines: &GridLines, region: &TrimRegion, observer: &dyn Observer) ->
         counts: TracingCounts { cells: lines.cells(), ..TracingCounts::default() },
         natural: region.natural,
         aspect: 1.0,
+        filled: 0.0,
     };
     if region.natural {
         return Ok(traced);
     }
+    let Domain { u, v } = lines.domain();
+    let share = (region_area(region) / ((u[1] - u[0]) * (v[1] - v[0]))).clamp(0.0, 1.0);
+    traced.filled = share * lines.cells() as f64;
     let walker = Walker::new(lines);
-    let mut path = Vec::new();
     for boundary in &region.loops {
         observer.check()?;
         let first = traced.steps.len();
         traced.loops.push((first as u32, boundary.source_loop));
-        path.clear();
-        traced.walk(&walker, &boundary.points, &mut path, observer)?;
+        traced.walk(&walker, &boundary.points, observer)?;
+        let path = &mut traced.steps[first..];
         if path.is_empty() {
             continue; // narrower than the snapping distance: it bounds nothing
         }
         // A loop that meets grid lines begins on one: its first and last list are one then.
         if let Some(start) = path.iter().position(Step::on_line) {
-            traced.steps.extend_from_slice(&path[start..]);
-            traced.steps.extend_from_slice(&path[..=start]);
-        } else {
-            traced.steps.extend_from_slice(&path);
+            path.rotate_left(start);
+            let again = path[0];
+            traced.steps.push(again);
         }
         let visits = crossings::distribute(&traced.steps[first..], first as u32, size, &mut traced.events);
         traced.counts.cells_traced += visits;
@@ -204,34 +208,26 @@ impl Traced {
         rows::triangulate(self, configuration, phase)
     }
 
-    /// Walks one loop. The path ends before it comes back to its first point.
-    fn walk(
-        &mut self,
-        walker: &Walker<'_>,
-        points: &[DVec2],
-        path: &mut Vec<Step>,
-        observer: &dyn Observer,
-    ) -> Result<(), EngineError> {
+    /// Walks one loop and appends its steps, the first point at the end.
+    fn walk(&mut self, walker: &Walker<'_>, points: &[DVec2], observer: &dyn Observer) -> Result<(), EngineError> {
         let Some(&first) = points.first() else { return Ok(()) };
         let start = walker.start(first).ok_or_else(|| self.trouble(first, None))?;
         let mut now = start;
-        let mut asked = 0;
+        let mut asked = self.steps.len();
         for &p in &points[1..] {
             let next = walker.follow(p, &now).ok_or_else(|| self.trouble(p, None))?;
-            walker.segment(now, next, path);
+            walker.segment(now, next, &mut self.steps);
             now = next;
-            if path.len() - asked > POINTS_BETWEEN_QUESTIONS {
-                asked = path.len();
+            if self.steps.len() - asked > POINTS_BETWEEN_QUESTIONS {
+                asked = self.steps.len();
                 observer.check()?;
-                let points = (self.steps.len() + path.len()) as u64;
-                if points > MOST_POINTS as u64 {
-                    return Err(
-                        TriangulationError::TooManyTriangles { estimate: points, limit: MOST_POINTS as u64 }.into()
-                    );
-                }
+            }
+            if self.steps.len() > MOST_POINTS {
+                let (estimate, limit) = (self.steps.len() as u64, MOST_POINTS as u64);
+                return Err(TriangulationError::TooManyTriangles { estimate, limit }.into());
             }
         }
-        walker.segment(now, start, path);
+        walker.segment(now, start, &mut self.steps);
         Ok(())
     }
 

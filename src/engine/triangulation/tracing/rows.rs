@@ -43,11 +43,13 @@ pub(super) fn triangulate(
     phase: u8,
 ) -> Result<DomainMesh, TriangulationError> {
     let columns = traced.lines.u.len();
+    // A guess that saves growing; a grid of rows and columns by need can be off by any factor.
+    let expected = (traced.filled as usize).min(MOST_TRIANGLES / 2) + traced.steps.len();
     let mut builder = Builder {
         traced,
         configuration,
         phase,
-        mesh: DomainMesh::default(),
+        mesh: DomainMesh { uv: Vec::with_capacity(expected), triangles: Vec::with_capacity(2 * expected) },
         below: vec![NONE; columns],
         above: vec![NONE; columns],
         points: vec![NONE; traced.steps.len()],

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::engine::{
     budget::Unobserved,
-    nurbs::Domain,
-    triangulation::{check_domain_mesh, region_area},
+    nurbs::{Domain, KnotVector},
+    triangulation::{check_domain_mesh, lift, region_area, trimmed_area},
     trimming::BoundaryLoop,
 };
 
@@ -82,6 +82,42 @@ fn check(lines: &GridLines, region: &TrimRegion) -> (DomainMesh, TracingCounts) 
 
 fn uniform(cells_u: usize, cells_v: usize) -> GridLines {
     GridLines::uniform(UNIT, cells_u + 1, cells_v + 1)
+}
+
+#[test]
+fn the_reference_regions_have_their_areas_in_space() {
+    let read = |name: &str| {
+        let path = format!("{}/../shared/reference/cases/{name}", env!("CARGO_MANIFEST_DIR"));
+        std::fs::read_to_string(path).ok().map(|text| serde_json::from_str::<serde_json::Value>(&text).unwrap())
+    };
+    let (Some(file), Some(surfaces)) = (read("trimmed.json"), read("synthetic_surfaces.json")) else {
+        println!("reference cases are not there: nothing compared");
+        return;
+    };
+    let given = &surfaces["backlight_like"]["surface"];
+    let knots = |key: &str| KnotVector::new(3, serde_json::from_value(given[key].clone()).unwrap(), "knots").unwrap();
+    let net: Vec<Vec<[f64; 3]>> = serde_json::from_value(given["control_points"].clone()).unwrap();
+    let control = net.into_iter().flatten().map(glam::DVec3::from).collect();
+    let surface = Surface::new(knots("knots_u"), knots("knots_v"), control, None).unwrap();
+    for (name, case) in file["cases"].as_object().unwrap() {
+        let loops: Vec<Vec<[f64; 2]>> = serde_json::from_value(case["loops"].clone()).unwrap();
+        let region = region(loops.into_iter().map(|l| l.into_iter().map(DVec2::from).collect()).collect());
+        let runs = case["runs"].as_array().unwrap();
+        let exact = runs[runs.len() - 1]["surface_area_of_polygonised_domain"].as_f64().unwrap();
+        for cells in [5, 10, 20, 40] {
+            let lines = uniform(cells, cells);
+            let (domain, _) = check(&lines, &region);
+            if cells == 40 {
+                let quadrature = trimmed_area(&surface, &domain);
+                assert!((quadrature - exact).abs() <= 1e-8 * exact, "{name}: {quadrature} instead of {exact}");
+            }
+            let lifted = lift(&surface, domain, &lines);
+            let corners = lifted.mesh.triangles.iter().map(|t| t.map(|k| lifted.mesh.positions[k as usize]));
+            let sum: f64 = corners.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
+            let error = (sum - exact).abs() / exact;
+            assert!(error < 0.05 / (cells * cells) as f64, "{name} on {cells}: {error}");
+        }
+    }
 }
 
 #[test]
@@ -243,6 +279,36 @@ fn loops_along_grid_lines_and_the_border_leave_no_spike() {
     // Slides that begin and end in the middle of an edge.
     check(&lines, &region(vec![points(&[(0.05, 0.2), (0.15, 0.2), (0.15, 0.4), (0.05, 0.4)])]));
     check(&lines, &region(vec![outer, points(&[(0.25, 0.4), (0.35, 0.4), (0.3, 0.5)])]));
+}
+
+#[test]
+fn slits_and_slivers_narrower_than_the_snapping_distance_vanish() {
+    let lines = uniform(5, 5);
+    let hair = 2e-13;
+    let outer = rectangle([0.1, 0.9], [0.1, 0.9]);
+    // A notch and a slot around a grid line, upright and lying: the mesh is that of the whole rectangle.
+    let notch = points(&[
+        (0.1, 0.1),
+        (0.9, 0.1),
+        (0.9, 0.4 - hair),
+        (0.5, 0.4 - hair),
+        (0.5, 0.4 + hair),
+        (0.9, 0.4 + hair),
+        (0.9, 0.9),
+        (0.1, 0.9),
+    ]);
+    check(&lines, &region(vec![notch.clone()]));
+    check(&lines, &region(vec![notch.iter().map(|p| DVec2::new(p.y, p.x)).collect()]));
+    check(&lines, &region(vec![outer.clone(), rectangle([0.4 - hair, 0.4 + hair], [0.3, 0.7])]));
+    check(&lines, &region(vec![outer.clone(), rectangle([0.25, 0.75], [0.6 - hair, 0.6 + hair])]));
+    // Parts as narrow beside a sound one: nothing of them is left.
+    let beside = |sliver: Vec<DVec2>| {
+        let traced = trace(&lines, &region(vec![rectangle([0.45, 0.9], [0.45, 0.9]), sliver]), &Unobserved).unwrap();
+        let mesh = traced.triangulate(Configuration::Regular, 0).unwrap();
+        assert!((area(&mesh) - 0.45 * 0.45).abs() < 1e-12);
+    };
+    beside(rectangle([0.2 - hair, 0.2 + hair], [0.1, 0.7]));
+    beside(rectangle([0.05, 0.35], [0.4 - hair, 0.4 + hair]));
 }
 
 #[test]
