@@ -6,7 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{DomainMesh, GridLines, Lifted};
+use super::{DomainMesh, GridLines, Lifted, flat::flip_flat};
 use crate::engine::{
     mesh::Mesh,
     nurbs::{Domain, GridSamples, Surface},
@@ -24,11 +24,15 @@ const NONE: u32 = u32::MAX;
 
 /// Maps a domain mesh on the surface.
 ///
+/// Triangles that would have no area in space are flipped first where that helps, so the domain mesh can come back with
+/// other triangles in their places.
+///
 /// `lines` are those that the domain mesh was made with; they only decide how points are evaluated. The mesh's `uv` are
 /// filled; at a pole they are the middle of the degenerate edge, and so is the place of its normal.
 #[must_use]
-pub fn lift(surface: &Surface, domain: DomainMesh, lines: &GridLines) -> Lifted {
+pub fn lift(surface: &Surface, mut domain: DomainMesh, lines: &GridLines) -> Lifted {
     let samples = evaluate(surface, &domain.uv, lines);
+    flip_flat(&mut domain, &samples.positions);
     let poles = Poles::of(surface);
     if poles.is_empty() {
         let mesh =

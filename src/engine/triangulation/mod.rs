@@ -4,6 +4,7 @@ mod conformity;
 pub mod density;
 mod deviation;
 mod error;
+mod flat;
 mod grid;
 mod lift;
 mod options;
