@@ -16,7 +16,7 @@ use planish::engine::budget::Unobserved;
 use planish::engine::nurbs::{Curve2, KnotVector, Surface};
 use planish::engine::triangulation::density::{DensityInput, DensityLimits, plan};
 use planish::engine::triangulation::{
-    Configuration, Density, Lifted, grid_mesh, lift, sampled_chord_error, trimmed_area,
+    Configuration, Density, Lifted, aspect_of, lift, sampled_chord_error, trace, trimmed_area,
 };
 use planish::engine::trimming::{Side, TrimCurve, TrimLoop, TrimShape, TrimmedSurface};
 use serde_json::{Value, json};
@@ -92,7 +92,8 @@ fn triangulate(trimmed: &TrimmedSurface, tolerance: f64, diagonal: f64) -> Resul
         },
         &Unobserved,
     )?;
-    let domain = grid_mesh(&lines, Configuration::Regular, 0);
+    let traced = trace(&lines, &region, &Unobserved)?.with_aspect(aspect_of(&trimmed.surface, &lines));
+    let domain = traced.triangulate(Configuration::Regular, 0)?;
     Ok(lift(&trimmed.surface, domain, &lines))
 }
 
