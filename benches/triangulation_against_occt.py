@@ -115,6 +115,12 @@ def judge(d, S, V, UV, F):
     """(greatest distance mesh - surface, greatest distance trimming curve - border of the mesh)"""
     pick = np.random.default_rng(0).choice(len(F), SAMPLED, replace=False) if len(F) > SAMPLED else np.arange(len(F))
     x, uv = V[F[pick]], UV[F[pick]]
+    for corner in range(3):               # a pole has one vertex and many places: take the one between the others'
+        _, Su, Sv = S.at(uv[:, corner]); lu, lv = np.linalg.norm(Su, axis=1), np.linalg.norm(Sv, axis=1)
+        others = uv[:, [c for c in range(3) if c != corner]].mean(1)
+        for k, (mine, other) in enumerate(((lu, lv), (lv, lu))):
+            pole = mine < 1e-6 * other * (S.box[3] - S.box[2] if k == 0 else S.box[1] - S.box[0]) / (S.box[1] - S.box[0] if k == 0 else S.box[3] - S.box[2])
+            uv[pole, corner, k] = others[pole, k]
     above = max(float(S.distance(np.einsum('k,nkc->nc', w, x), np.einsum('k,nkc->nc', w, uv)).max()) for w in WEIGHTS)
     E = np.sort(np.vstack([F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]]]), 1)
     E, count = np.unique(E, axis=0, return_counts=True)

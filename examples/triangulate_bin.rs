@@ -54,11 +54,18 @@ fn run(job: &Value) -> Result<Value> {
     let began = Instant::now();
     let mut least = Duration::MAX;
     let mut runs = 0;
-    let mut lifted = triangulate(&trimmed, tolerance, diagonal)?;
+    let mut stages = [Duration::MAX; STAGES.len()];
+    let (mut lifted, _) = triangulate(&trimmed, tolerance, diagonal)?;
     while runs < LEAST_RUNS || began.elapsed() < REPEAT_FOR {
         let start = Instant::now();
-        lifted = triangulate(&trimmed, tolerance, diagonal)?;
+        let (made, marks) = triangulate(&trimmed, tolerance, diagonal)?;
         least = least.min(start.elapsed());
+        let mut former = start;
+        for (stage, mark) in stages.iter_mut().zip(marks) {
+            *stage = (*stage).min(mark - former);
+            former = mark;
+        }
+        lifted = made;
         runs += 1;
     }
     if let Some(out) = job["out"].as_str() {
@@ -71,30 +78,39 @@ fn run(job: &Value) -> Result<Value> {
         "tolerance": tolerance,
         "cpu": least.as_secs_f64(),
         "n_tri": lifted.mesh.triangles.len(),
+        "stages_us": STAGES.iter().zip(stages).map(|(name, t)| (*name, json!(1e6 * t.as_secs_f64()))).collect::<Value>(),
         "chord_error": sampled_chord_error(&trimmed.surface, &lifted),
         "area": trimmed_area(&trimmed.surface, &lifted.domain),
         "area_occt": file["extra"]["area_occt"],
     }))
 }
 
+/// The steps of [`triangulate`], each timed for itself, too.
+const STAGES: [&str; 6] = ["check", "polygonise", "plan", "trace", "triangulate", "lift"];
+
 /// The whole way from loops as sent to a mesh in space.
-fn triangulate(trimmed: &TrimmedSurface, tolerance: f64, diagonal: f64) -> Result<Lifted> {
+fn triangulate(trimmed: &TrimmedSurface, tolerance: f64, diagonal: f64) -> Result<(Lifted, [Instant; 6])> {
     let checked = trimmed.check().map_err(|faults| anyhow!("{faults:?}"))?;
+    let after_check = Instant::now();
     let region = checked.polygonise(&trimmed.surface, tolerance)?;
-    let lines = plan(
-        &DensityInput {
-            surface: &trimmed.surface,
-            region: Some(&region),
-            diagonal,
-            density: Density::Chord(tolerance),
-            configuration: Configuration::Regular,
-            limits: DensityLimits::default(),
-        },
-        &Unobserved,
-    )?;
+    let after_polygonise = Instant::now();
+    let input = DensityInput {
+        surface: &trimmed.surface,
+        region: Some(&region),
+        diagonal,
+        density: Density::Chord(tolerance),
+        configuration: Configuration::Regular,
+        limits: DensityLimits::default(),
+    };
+    let lines = plan(&input, &Unobserved)?;
+    let after_plan = Instant::now();
     let traced = trace(&lines, &region, &Unobserved)?.with_aspect(aspect_of(&trimmed.surface, &lines));
+    let after_trace = Instant::now();
     let domain = traced.triangulate(Configuration::Regular, 0)?;
-    Ok(lift(&trimmed.surface, domain, &lines))
+    let after_triangulate = Instant::now();
+    let lifted = lift(&trimmed.surface, domain, &lines);
+    let marks = [after_check, after_polygonise, after_plan, after_trace, after_triangulate, Instant::now()];
+    Ok((lifted, marks))
 }
 
 fn write(path: &str, lifted: &Lifted) -> Result<()> {

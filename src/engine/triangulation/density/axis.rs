@@ -8,13 +8,13 @@ use crate::engine::nurbs::KnotVector;
 
 /// Strips aimed at in one direction when there are few knot spans: more follow a varying curvature more closely and
 /// cost second derivatives; what they miss the check on the real cells corrects.
-const STRIPS_AIMED: usize = 12;
+const STRIPS_AIMED: usize = 10;
 
 /// Most strips in one knot span: a polynomial piece of moderate degree varies no more than this resolves.
 const STRIPS_PER_SPAN: usize = 8;
 
 /// Most strips in one direction: a net of thousands of spans is sampled in some of them only.
-const STRIPS_MOST: usize = 512;
+const STRIPS_MOST: usize = 96;
 
 /// Strips of one direction, from the first edge to the last.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,7 +11,7 @@ use super::needs::Needs;
 
 /// Shares of each strip's own limit that the first direction's step is tried with. 0.71 is the balance of a surface of
 /// the same needs everywhere; the others serve surfaces whose needs vary more in one direction.
-const SHARES: [f64; 6] = [0.71, 0.83, 0.6, 0.92, 0.48, 0.35];
+const SHARES: [f64; 4] = [0.71, 0.86, 0.55, 0.38];
 
 /// Steps of a direction without curvature that are tried, as divisions of the whole: they matter to twisted patches
 /// (`Suv` alone), where any product of the two divisions will do.
@@ -37,33 +37,29 @@ pub(super) struct Densities {
 /// The least densities of one direction (u if `along_u`) that go with the given ones of the other; infinite where none does.
 pub(super) fn follow(needs: &Needs, other: &[f64], along_u: bool) -> Vec<f64> {
     let (count, length) = if along_u { (needs.u.len(), needs.u.length()) } else { (needs.v.len(), needs.v.length()) };
-    let stride = needs.v.len();
-    let mut densities = vec![1.0 / length; count];
-    for i in 0..needs.u.len() {
-        for j in 0..stride {
-            let at = i * stride + j;
-            if !needs.covered[at] {
-                continue;
+    // Steps first: whether a step is too long is told without a root, and few patches shorten it.
+    let mut steps = vec![length; count];
+    let across_steps: Vec<f64> = other.iter().map(|density| 1.0 / density).collect();
+    for (i, row) in needs.patches.chunks_exact(needs.v.len()).enumerate() {
+        for (j, n) in row.iter().enumerate() {
+            let (mine, across, own, cross, border) =
+                if along_u { (i, j, n.a, n.c, n.border_a) } else { (j, i, n.c, n.a, n.border_c) };
+            let (step, x) = (across_steps[across], steps[mine]);
+            let left = (1.0 - n.k * cross * step * step).max(-SLACK);
+            let left = if left < SLACK && left > -SLACK { SLACK } else { left };
+            let alone = own.max(border);
+            if alone * x * x > 1.0 {
+                steps[mine] = 1.0 / alone.sqrt();
             }
-            let n = &needs.patches[at];
-            let (mine, across, own, cross) = if along_u { (i, j, n.a, n.c) } else { (j, i, n.c, n.a) };
-            let step = 1.0 / other[across];
-            let mut left = 1.0 - n.k * cross * step * step;
-            if left.abs() < SLACK {
-                left = SLACK;
+            let half = n.k * n.b * step;
+            // k own x^2 + 2 k b x step + k cross step^2 = 1
+            if (n.k * own * x + 2.0 * half) * x > left {
+                let root = if left > 0.0 { left / (half + (half * half + left * n.k * own).sqrt()) } else { 0.0 };
+                steps[mine] = steps[mine].min(root);
             }
-            // k own x^2 + 2 k b x step + k cross step^2 = 1 in 1/x.
-            let root = if left > 0.0 {
-                let half = n.k * n.b * step;
-                (half + (half * half + left * n.k * own).sqrt()) / left
-            } else {
-                f64::INFINITY
-            };
-            let density = &mut densities[mine];
-            *density = density.max(root).max(own.sqrt());
         }
     }
-    densities
+    steps.into_iter().map(|x| 1.0 / x).collect()
 }
 
 /// Covered cells that the densities give, as a real number, with the price of narrow cells.
@@ -72,7 +68,7 @@ fn price(needs: &Needs, d: &Densities) -> f64 {
     for (i, g) in d.u.iter().enumerate() {
         let mut row = 0.0;
         for (j, h) in d.v.iter().enumerate() {
-            if needs.covered[i * d.v.len() + j] {
+            if needs.covered[i * d.v.len() + j].inside {
                 row += h * needs.v.width(j);
             }
         }
@@ -90,14 +86,14 @@ pub(super) fn balance(needs: &Needs) -> Densities {
     let stride = needs.v.len();
     let mut own = vec![0.0_f64; stride];
     let mut whole = vec![0.0_f64; stride];
-    for i in 0..needs.u.len() {
-        for j in 0..stride {
-            if needs.covered[i * stride + j] {
-                let n = &needs.patches[i * stride + j];
-                own[j] = own[j].max((n.k * n.c).sqrt());
-                whole[j] = whole[j].max(n.c.sqrt());
-            }
+    for row in needs.patches.chunks_exact(stride) {
+        for ((own, whole), n) in own.iter_mut().zip(&mut whole).zip(row) {
+            *own = own.max(n.k * n.c);
+            *whole = whole.max(n.c).max(n.border_c);
         }
+    }
+    for x in own.iter_mut().chain(&mut whole) {
+        *x = x.sqrt();
     }
     let least = 1.0 / needs.v.length();
     let curved = own.iter().any(|x| *x > least);

@@ -11,10 +11,10 @@ use crate::engine::nurbs::{FirstDerivatives, GridSamples, Surface};
 
 /// Cells in one direction up to which all are judged. Beyond it runs of cells are left out evenly: neighbours in so
 /// fine a grid differ little, and judging a mesh would cost as much as making it.
-const JUDGED: usize = 160;
+const JUDGED: usize = 64;
 
 /// Cells of a grid up to which quarters are looked at: a coarse grid's cells are far from quadratic and cost little.
-const FEW: usize = 1500;
+const FEW: usize = 64;
 
 /// Parameters of one direction that are evaluated, and for each judged cell the index of its start among them; its
 /// inner places and its end follow.
@@ -67,6 +67,13 @@ pub(super) fn worst(
                 continue;
             }
             let cell = Cell { points: &samples.positions, columns: samples.nu, at: j * samples.nu + i, parts };
+            if let Aim::Chord(tolerance) = aim {
+                let ends = [0, us.parameters.len() - 1 - parts];
+                let border_v = ends.contains(&i).then(|| cell.side(if i == 0 { 0 } else { parts }, false));
+                let ends = [0, vs.parameters.len() - 1 - parts];
+                let border_u = ends.contains(&j).then(|| cell.side(if j == 0 { 0 } else { parts }, true));
+                worst = worst.max(border_u.unwrap_or(0.0).max(border_v.unwrap_or(0.0)) / tolerance);
+            }
             worst = worst.max(match aim {
                 Aim::Chord(tolerance) => cell.distance(diagonals) / tolerance,
                 Aim::Edge(longest) => cell.longest_squared(diagonals) / (longest * longest),
@@ -92,6 +99,19 @@ impl Cell<'_> {
     fn corners(&self) -> [DVec3; 4] {
         let n = self.parts;
         [self.point(0, 0), self.point(n, 0), self.point(n, n), self.point(0, n)]
+    }
+
+    /// Greatest distance of a side, the one at `at` of the other direction, to the curve on the surface.
+    fn side(&self, at: usize, along_u: bool) -> f64 {
+        let point = |k: usize| if along_u { self.point(k, at) } else { self.point(at, k) };
+        let (from, to) = (point(0), point(self.parts));
+        let chord = (to - from).normalize_or_zero();
+        (1..self.parts)
+            .map(|k| {
+                let d = point(k) - from;
+                (d - d.dot(chord) * chord).length()
+            })
+            .fold(0.0, f64::max)
     }
 
     /// Greatest distance of the cell's triangles to the surface at the samples.

@@ -7,13 +7,33 @@
 use super::axis::Axis;
 use crate::engine::trimming::TrimRegion;
 
-/// For patch (i, j) at `i * v.len() + j`: whether the region touches it. Without a region all are covered.
-pub(super) fn covered(u: &Axis, v: &Axis, region: Option<&TrimRegion>) -> Vec<bool> {
+/// What a patch has of the part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Cover {
+    /// It holds a piece of the part.
+    pub inside: bool,
+    /// A border that is a line of constant v runs through it.
+    pub border_u: bool,
+    /// A border that is a line of constant u runs through it.
+    pub border_v: bool,
+}
+
+/// For patch (i, j) at `i * v.len() + j`: what the region has of it. Without a region the domain's border is the part's.
+pub(super) fn covered(u: &Axis, v: &Axis, region: Option<&TrimRegion>) -> Vec<Cover> {
     let (columns, rows) = (u.len(), v.len());
     let Some(region) = region.filter(|r| !r.natural && !r.loops.is_empty()) else {
-        return vec![true; columns * rows];
+        let mut marks = vec![Cover { inside: true, ..Cover::default() }; columns * rows];
+        for i in 0..columns {
+            marks[i * rows].border_u = true;
+            marks[i * rows + rows - 1].border_u = true;
+        }
+        for j in 0..rows {
+            marks[j].border_v = true;
+            marks[(columns - 1) * rows + j].border_v = true;
+        }
+        return marks;
     };
-    let mut marks = vec![false; columns * rows];
+    let mut marks = vec![Cover::default(); columns * rows];
     let mut crossings: Vec<Vec<f64>> = vec![Vec::new(); rows];
     for boundary in &region.loops {
         let points = &boundary.points;
@@ -29,8 +49,10 @@ pub(super) fn covered(u: &Axis, v: &Axis, region: Option<&TrimRegion>) -> Vec<bo
                 } else {
                     (left.y, right.y)
                 };
-                for j in v.strip_of(y0.min(y1))..=v.strip_of(y0.max(y1)) {
-                    marks[i * rows + j] = true;
+                for mark in &mut marks[i * rows + v.strip_of(y0.min(y1))..=i * rows + v.strip_of(y0.max(y1))] {
+                    mark.inside = true;
+                    mark.border_u |= a.y == b.y;
+                    mark.border_v |= a.x == b.x;
                 }
             }
             let (low, high) = if a.y <= b.y { (*a, b) } else { (b, *a) };
@@ -49,7 +71,7 @@ pub(super) fn covered(u: &Axis, v: &Axis, region: Option<&TrimRegion>) -> Vec<bo
         row.sort_unstable_by(f64::total_cmp);
         for run in row.chunks_exact(2) {
             for i in u.strip_of(run[0])..=u.strip_of(run[1]) {
-                marks[i * rows + j] = true;
+                marks[i * rows + j].inside = true;
             }
         }
     }
@@ -102,11 +124,12 @@ mod tests {
         let part = region(vec![DVec2::ZERO, DVec2::X, DVec2::Y]);
         let marks = covered(&axis, &axis, Some(&part));
         let n = axis.len();
-        assert!(marks[0] && marks[n - 1] && marks[(n - 1) * n]);
-        assert!(!marks[n * n - 1]);
+        assert!(marks[0].inside && marks[n - 1].inside && marks[(n - 1) * n].inside);
+        assert!(marks[0].border_u && marks[0].border_v && !marks[n + 1].border_u);
+        assert!(!marks[n * n - 1].inside);
         for i in 0..n {
             for j in 0..n {
-                assert_eq!(marks[i * n + j], i + j <= n, "{i} {j}");
+                assert_eq!(marks[i * n + j].inside, i + j <= n, "{i} {j}");
             }
         }
         assert_eq!(extents(&part), Some([[0.0, 1.0], [0.0, 1.0]]));

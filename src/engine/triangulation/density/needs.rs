@@ -9,11 +9,15 @@
 //! - *Edge*: the square of a cell's longest edge is `du^2 Su.Su + 2 du dv |Su.Sv| + dv^2 Sv.Sv`, which must stay below
 //!   `edge^2`: the same form.
 //!
+//! A border of the part that runs along a line of constant u or v has no points of its own: its chords are the cells'
+//! sides, which leave the border sideways as well. There the whole of `Suu` or `Svv` across the line counts.
+//!
 //! Samples stand in the middle of patches (see [`super::axis`]); values between them are the check's business.
 
 use glam::DVec3;
 
 use super::axis::Axis;
+use super::coverage::Cover;
 use crate::engine::nurbs::{Surface, SurfaceDerivatives};
 
 /// Below this share of |Su| |Sv| the normal is not known and whole vectors are taken instead of their normal parts:
@@ -40,15 +44,26 @@ pub(super) struct Need {
     pub c: f64,
     /// The factor of the whole form, in (0, 1].
     pub k: f64,
+    /// Signs of the curvatures along v and of the twist against that along u: `a`, `signs[1] b`, `signs[0] c`.
+    pub signs: [f64; 2],
+    /// Of du^2 alone, where a border of the part runs along u.
+    pub border_a: f64,
+    /// Of dv^2 alone, where one runs along v.
+    pub border_c: f64,
 }
 
 impl Need {
-    /// What the steps use up of the allowance: at most 1 is good.
-    #[cfg(test)]
-    fn used(&self, du: f64, dv: f64) -> f64 {
-        (self.k * (self.a * du * du + 2.0 * self.b * du * dv + self.c * dv * dv))
-            .max(self.a * du * du)
-            .max(self.c * dv * dv)
+    /// What the steps use up of the allowance if the surface is quadratic over them: at most 1 is good.
+    pub(super) fn used(&self, du: f64, dv: f64, diagonals: Diagonals) -> f64 {
+        let p = self.a * du * du;
+        let q = self.signs[1] * self.b * du * dv;
+        let r = self.signs[0] * self.c * dv * dv;
+        let inner = match diagonals {
+            Diagonals::Rising => quadratic_distance(p, q, r),
+            Diagonals::Falling => quadratic_distance(p, -q, r),
+            Diagonals::Both => quadratic_distance(p, q, r).max(quadratic_distance(p, -q, r)),
+        };
+        inner.max(self.border_a * du * du).max(self.border_c * dv * dv)
     }
 }
 
@@ -73,7 +88,7 @@ pub(super) struct Needs {
     /// The needs.
     pub patches: Vec<Need>,
     /// Patches that the part touches.
-    pub covered: Vec<bool>,
+    pub covered: Vec<Cover>,
     /// Kinks of `u` that must be lines.
     pub breaks_u: Vec<f64>,
     /// Kinks of `v` that must be lines.
@@ -106,7 +121,7 @@ fn chord_need(d: &SurfaceDerivatives, tolerance: f64, diagonals: Diagonals) -> N
     let length = normal.length();
     if length <= NORMAL_SHARE * d.su.length() * d.sv.length() {
         let part = |x: DVec3| x.length() * scale;
-        return Need { a: part(d.suu), b: part(d.suv), c: part(d.svv), k: 1.0 };
+        return Need { a: part(d.suu), b: part(d.suv), c: part(d.svv), k: 1.0, signs: [1.0; 2], ..Need::default() };
     }
     let normal = normal / length;
     let (a, b, c) = (normal.dot(d.suu) * scale, normal.dot(d.suv) * scale, normal.dot(d.svv) * scale);
@@ -123,7 +138,15 @@ fn chord_need(d: &SurfaceDerivatives, tolerance: f64, diagonals: Diagonals) -> N
     } else {
         1.0
     };
-    Need { a: a.abs(), b: b.abs(), c: c.abs(), k }
+    let signs = [(a * c).signum(), (a * b).signum()];
+    Need { a: a.abs(), b: b.abs(), c: c.abs(), k, signs, ..Need::default() }
+}
+
+/// The need of a border along u, whose chords leave the curve `v = const` sideways, too.
+fn border_need(first: DVec3, second: DVec3, tolerance: f64) -> f64 {
+    let length = first.length_squared();
+    let along = if length > 0.0 { second.dot(first) / length } else { 0.0 };
+    (second - along * first).length() / (8.0 * tolerance)
 }
 
 fn edge_need(d: &SurfaceDerivatives, longest: f64, diagonals: Diagonals) -> Need {
@@ -133,7 +156,7 @@ fn edge_need(d: &SurfaceDerivatives, longest: f64, diagonals: Diagonals) -> Need
         Diagonals::Falling => (-d.su.dot(d.sv)).max(0.0),
         Diagonals::Both => d.su.dot(d.sv).abs(),
     };
-    Need { a: d.su.length_squared() * scale, b: b * scale, c: d.sv.length_squared() * scale, k: 1.0 }
+    Need { a: d.su.length_squared() * scale, b: b * scale, c: d.sv.length_squared() * scale, k: 1.0, ..Need::default() }
 }
 
 impl Needs {
@@ -142,7 +165,7 @@ impl Needs {
         surface: &Surface,
         u: Axis,
         v: Axis,
-        covered: Vec<bool>,
+        covered: Vec<Cover>,
         aim: Aim,
         diagonals: Diagonals,
     ) -> Self {
@@ -154,7 +177,8 @@ impl Needs {
         surface.grid_derivatives(&middles(&u), &middles(&v), &mut samples);
         for i in 0..columns {
             for j in 0..along {
-                if !covered[i * along + j] {
+                let cover = covered[i * along + j];
+                if !cover.inside {
                     continue;
                 }
                 let d = &samples[j * columns + i];
@@ -162,7 +186,16 @@ impl Needs {
                 speed_v += d.sv.length();
                 count += 1.0;
                 patches[i * along + j] = match aim {
-                    Aim::Chord(tolerance) => chord_need(d, tolerance, diagonals),
+                    Aim::Chord(tolerance) => {
+                        let mut need = chord_need(d, tolerance, diagonals);
+                        if cover.border_u {
+                            need.border_a = border_need(d.su, d.suu, tolerance);
+                        }
+                        if cover.border_v {
+                            need.border_c = border_need(d.sv, d.svv, tolerance);
+                        }
+                        need
+                    }
                     Aim::Edge(longest) => edge_need(d, longest, diagonals),
                 };
             }
@@ -200,23 +233,23 @@ impl Needs {
             let before = after.saturating_sub(1);
             let reach = axis.width(before) + axis.width(after);
             let near = axis.width(before).min(axis.width(after)) * ONE_SIDE;
-            let mut turns = Vec::with_capacity(other.len());
-            for across in 0..other.len() {
+            let places = other.len().min(TURN_PLACES);
+            let mut seen = [0.0_f64; TURN_PLACES];
+            for (k, turn) in seen.iter_mut().enumerate().take(places) {
+                let across = (2 * k + 1) * other.len() / (2 * places);
                 let at = |t: f64| {
                     let (u, v) = if along_u { (t, other.middle(across)) } else { (other.middle(across), t) };
                     let (_, su, sv) = surface.first_derivatives(u, v);
                     (if along_u { su } else { sv }, su.cross(sv).normalize_or_zero())
                 };
-                let covered = self.covered[place(before, across)] || self.covered[place(after, across)];
-                let turn = if covered {
+                if self.covered[place(before, across)].inside || self.covered[place(after, across)].inside {
                     let (left, left_normal) = at(kink - near);
                     let (right, right_normal) = at(kink + near);
-                    (left_normal + right_normal).normalize_or_zero().dot(right - left).abs() / (4.0 * tolerance)
-                } else {
-                    0.0
-                };
-                turns.push(turn);
+                    *turn =
+                        (left_normal + right_normal).normalize_or_zero().dot(right - left).abs() / (4.0 * tolerance);
+                }
             }
+            let turns: Vec<f64> = (0..other.len()).map(|across| seen[across * places / other.len()]).collect();
             if turns.iter().any(|turn| turn * reach > SMOOTH_TURN) {
                 breaks.push(*kink);
                 continue;
@@ -226,22 +259,35 @@ impl Needs {
                     let patch = &mut self.patches[place(strip, across)];
                     let spread = turn / reach;
                     *(if along_u { &mut patch.a } else { &mut patch.c }) += spread;
-                    patch.k = patch.k.max(f64::MIN_POSITIVE);
                 }
             }
         }
         breaks
     }
 
+    /// The greatest use of the allowance if the surface is quadratic over each cell, for given densities.
+    pub(super) fn used(&self, u: &[f64], v: &[f64], diagonals: Diagonals) -> f64 {
+        let mut greatest = 0.0_f64;
+        for (row, density) in self.patches.chunks_exact(v.len()).zip(u) {
+            for (need, other) in row.iter().zip(v) {
+                greatest = greatest.max(need.used(1.0 / density, 1.0 / other, diagonals));
+            }
+        }
+        greatest
+    }
+
     /// Multiplies all needs, as when the tolerance is divided by `factor`.
     pub(super) fn tighten(&mut self, factor: f64) {
         for n in &mut self.patches {
-            n.a *= factor;
-            n.b *= factor;
-            n.c *= factor;
+            for form in [&mut n.a, &mut n.b, &mut n.c, &mut n.border_a, &mut n.border_c] {
+                *form *= factor;
+            }
         }
     }
 }
+
+/// Places along a kink at which its turn is measured.
+const TURN_PLACES: usize = 6;
 
 /// How far beside a kink, in widths of the narrower strip, a derivative is taken for that of its side: small against
 /// what the derivative changes over a strip, large against the rounding of parameters.
@@ -297,7 +343,8 @@ mod tests {
             ..SurfaceDerivatives::default()
         };
         let need = chord_need(&d, 0.125, Diagonals::Rising);
-        assert!((need.used(0.5 / 2.0_f64.sqrt(), 1.0 / 2.0_f64.sqrt()) - 1.0).abs() < 1e-12);
+        let used = need.used(0.5 / 2.0_f64.sqrt(), 1.0 / 2.0_f64.sqrt(), Diagonals::Rising);
+        assert!((used - 1.0).abs() < 1e-12);
         assert_eq!(need.k, 1.0);
         let saddle = chord_need(&SurfaceDerivatives { svv: -DVec3::Z, ..d }, 0.125, Diagonals::Rising);
         assert_eq!(saddle.k, 0.5);
