@@ -11,6 +11,10 @@ use crate::engine::nurbs::{KnotVector, Surface};
 /// columns (a block never reaches over a knot).
 pub(super) const LANES: usize = 16;
 
+/// Lanes that are worked on when a block holds no more columns than these: where every column has a knot span of its own,
+/// whole blocks would be idle for the most part.
+const FEW_LANES: usize = 4;
+
 /// One number for each column of a block.
 pub(super) type Lanes = [f64; LANES];
 
@@ -131,18 +135,30 @@ fn contract<const ORDERS: usize>(net: &[Homogeneous], knots: &KnotVector, v: f64
     }
 }
 
-/// `sums[c][lane]` = sum over `k` of `functions[k][lane] * line[k][c]`, with the loop over `k` unrolled for low degrees.
-pub(super) fn combine<const C: usize>(functions: &[Lanes], line: &[Homogeneous], sums: &mut [Lanes; C]) {
+/// `sums[c][lane]` = sum over `k` of `functions[k][lane] * line[k][c]` for the first `len` lanes at least, with the loop
+/// over `k` unrolled for low degrees.
+pub(super) fn combine<const C: usize>(functions: &[Lanes], line: &[Homogeneous], len: usize, sums: &mut [Lanes; C]) {
+    if len <= FEW_LANES {
+        narrow::<C, FEW_LANES>(functions, line, sums)
+    } else {
+        narrow::<C, LANES>(functions, line, sums)
+    }
+}
+
+/// [`combine`] over the first `L` lanes.
+fn narrow<const C: usize, const L: usize>(functions: &[Lanes], line: &[Homogeneous], sums: &mut [Lanes; C]) {
     match (functions, line) {
-        ([f0, f1], &[l0, l1]) => unrolled([f0, f1], [l0, l1], sums),
-        ([f0, f1, f2], &[l0, l1, l2]) => unrolled([f0, f1, f2], [l0, l1, l2], sums),
-        ([f0, f1, f2, f3], &[l0, l1, l2, l3]) => unrolled([f0, f1, f2, f3], [l0, l1, l2, l3], sums),
+        ([f0, f1], &[l0, l1]) => unrolled::<2, C, L>([f0, f1], [l0, l1], sums),
+        ([f0, f1, f2], &[l0, l1, l2]) => unrolled::<3, C, L>([f0, f1, f2], [l0, l1, l2], sums),
+        ([f0, f1, f2, f3], &[l0, l1, l2, l3]) => unrolled::<4, C, L>([f0, f1, f2, f3], [l0, l1, l2, l3], sums),
         _ => {
-            *sums = [[0.0; LANES]; C];
+            for sum in sums.iter_mut() {
+                sum[..L].fill(0.0);
+            }
             for (f, point) in functions.iter().zip(line) {
                 for (sum, &x) in sums.iter_mut().zip(point) {
-                    for (s, &n) in sum.iter_mut().zip(f) {
-                        *s += n * x;
+                    for lane in 0..L {
+                        sum[lane] += f[lane] * x;
                     }
                 }
             }
@@ -151,9 +167,13 @@ pub(super) fn combine<const C: usize>(functions: &[Lanes], line: &[Homogeneous],
 }
 
 /// [`combine`] for a degree known beforehand.
-fn unrolled<const K: usize, const C: usize>(functions: [&Lanes; K], line: [Homogeneous; K], sums: &mut [Lanes; C]) {
+fn unrolled<const K: usize, const C: usize, const L: usize>(
+    functions: [&Lanes; K],
+    line: [Homogeneous; K],
+    sums: &mut [Lanes; C],
+) {
     for (c, sum) in sums.iter_mut().enumerate() {
-        for lane in 0..LANES {
+        for lane in 0..L {
             let mut s = functions[0][lane] * line[0][c];
             for k in 1..K {
                 s += functions[k][lane] * line[k][c];

@@ -57,7 +57,7 @@ impl Surface {
         let rational = self.weights().is_some();
         sweep::<1>(self, us, vs, |tile| {
             let mut a = [[0.0; LANES]; 4];
-            combine(tile.functions[0], tile.lines[0], &mut a);
+            combine(tile.functions[0], tile.lines[0], tile.block.len, &mut a);
             if rational {
                 let w = a[3];
                 for sum in a.iter_mut().take(3) {
@@ -95,13 +95,15 @@ impl Surface {
         let rational = self.weights().is_some();
         sweep::<3>(self, us, vs, |tile| {
             // Orders along (u, v) of S, Su, Sv, Suu, Suv, Svv.
-            let sums = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].map(|(u, v)| {
-                let mut sum = [[0.0; LANES]; 4];
-                combine(tile.functions[u], tile.lines[v], &mut sum);
-                sum
-            });
+            let mut sums = [[[0.0; LANES]; 4]; 6];
+            for (sum, (u, v)) in sums.iter_mut().zip([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]) {
+                combine(tile.functions[u], tile.lines[v], tile.block.len, sum);
+            }
             for (lane, out) in samples[tile.range(us.len())].iter_mut().enumerate() {
-                let at = sums.map(|s| (DVec3::new(s[0][lane], s[1][lane], s[2][lane]), s[3][lane]));
+                let at = std::array::from_fn(|k| {
+                    let s = &sums[k];
+                    (DVec3::new(s[0][lane], s[1][lane], s[2][lane]), s[3][lane])
+                });
                 *out = SurfaceDerivatives::from_weighted(at, rational);
             }
         });
@@ -139,9 +141,9 @@ impl Tile<'_, 2> {
     #[inline]
     fn sums<const C: usize>(&self) -> [[Lanes; C]; 3] {
         let mut out = [[[0.0; LANES]; C]; 3];
-        combine(self.functions[0], self.lines[0], &mut out[0]);
-        combine(self.functions[1], self.lines[0], &mut out[1]);
-        combine(self.functions[0], self.lines[1], &mut out[2]);
+        combine(self.functions[0], self.lines[0], self.block.len, &mut out[0]);
+        combine(self.functions[1], self.lines[0], self.block.len, &mut out[1]);
+        combine(self.functions[0], self.lines[1], self.block.len, &mut out[2]);
         out
     }
 }

@@ -27,8 +27,10 @@ impl Judged {
     /// Each cell is divided into `parts`.
     fn new(lines: &[f64], parts: usize) -> Self {
         let cells = lines.len() - 1;
-        let mut judged = Self { parameters: Vec::new(), starts: Vec::new() };
-        for k in 0..cells.min(JUDGED) {
+        let count = cells.min(JUDGED);
+        let mut judged =
+            Self { parameters: Vec::with_capacity(count * (parts + 1)), starts: Vec::with_capacity(count) };
+        for k in 0..count {
             let cell = if cells <= JUDGED { k } else { k * (cells - 1) / (JUDGED - 1) };
             let (from, to) = (lines[cell], lines[cell + 1]);
             if judged.parameters.last() != Some(&from) {

@@ -124,6 +124,15 @@ pub fn plan(input: &DensityInput, observer: &dyn Observer) -> Result<GridLines, 
     Ok(GridLines { u: lines::of_domain(&planner.u, &planned.u), v: lines::of_domain(&planner.v, &planned.v) })
 }
 
+/// Whether weights differ along u and along v: only then is a direction of degree 1 not straight at an even speed.
+fn curved_by_weights(surface: &Surface) -> [bool; 2] {
+    let Some(weights) = surface.weights() else { return [false; 2] };
+    let rows = surface.knots_v().control_count();
+    let along_u = weights.iter().enumerate().any(|(k, w)| *w != weights[k % rows]);
+    let along_v = weights.chunks_exact(rows).any(|row| row.iter().any(|w| *w != row[0]));
+    [along_u, along_v]
+}
+
 struct Planner<'a> {
     input: &'a DensityInput<'a>,
     observer: &'a dyn Observer,
@@ -151,8 +160,8 @@ impl<'a> Planner<'a> {
             }
             None => [domain.u, domain.v],
         };
-        let rational = input.surface.weights().is_some();
-        let (u, v) = (Axis::new(input.surface.knots_u(), u, rational), Axis::new(input.surface.knots_v(), v, rational));
+        let bent = curved_by_weights(input.surface);
+        let (u, v) = (Axis::new(input.surface.knots_u(), u, bent[0]), Axis::new(input.surface.knots_v(), v, bent[1]));
         let fill = region
             .map_or(1.0, |r| (coverage::domain_area(r) / (u.length() * v.length())).clamp(f64::MIN_POSITIVE, 1.0));
         let covered = coverage::covered(&u, &v, region);
