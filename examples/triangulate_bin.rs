@@ -122,8 +122,8 @@ fn write(path: &str, lifted: &Lifted) -> Result<()> {
     for count in [lifted.mesh.positions.len(), lifted.mesh.triangles.len()] {
         bytes.extend((count as u64).to_le_bytes());
     }
-    bytes.extend(lifted.mesh.positions.iter().flat_map(|p| p.to_array()).flat_map(f64::to_le_bytes));
-    bytes.extend(uv.iter().flat_map(|p| p.to_array()).flat_map(f64::to_le_bytes));
+    bytes.extend(lifted.mesh.positions.iter().flat_map(DVec3::to_array).flat_map(f64::to_le_bytes));
+    bytes.extend(uv.iter().flat_map(DVec2::to_array).flat_map(f64::to_le_bytes));
     bytes.extend(lifted.mesh.triangles.iter().flatten().copied().flat_map(u32::to_le_bytes));
     std::fs::write(path, bytes).with_context(|| path.to_owned())
 }

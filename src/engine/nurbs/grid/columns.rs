@@ -139,9 +139,9 @@ fn contract<const ORDERS: usize>(net: &[Homogeneous], knots: &KnotVector, v: f64
 /// over `k` unrolled for low degrees.
 pub(super) fn combine<const C: usize>(functions: &[Lanes], line: &[Homogeneous], len: usize, sums: &mut [Lanes; C]) {
     if len <= FEW_LANES {
-        narrow::<C, FEW_LANES>(functions, line, sums)
+        narrow::<C, FEW_LANES>(functions, line, sums);
     } else {
-        narrow::<C, LANES>(functions, line, sums)
+        narrow::<C, LANES>(functions, line, sums);
     }
 }
 

@@ -254,7 +254,8 @@ impl<'a> Planner<'a> {
         // Each direction alone must be affordable before lines are made.
         self.afford(columns.max(rows))?;
         let whole: f64 = densities.u.iter().enumerate().map(|(i, d)| d * needs.u.width(i)).sum();
-        let mut best: Option<(f64, Vec<f64>, Vec<f64>, Vec<f64>)> = None;
+        // Cells, columns with the densities that they make, and the rows' densities.
+        let mut best: Option<(f64, (Vec<f64>, Vec<f64>), Vec<f64>)> = None;
         let few = columns <= FEW_CELLS && needs.breaks_u.is_empty();
         for more in if few { -1..=2 } else { 0..=0 } {
             let cells = columns + f64::from(more);
@@ -266,10 +267,10 @@ impl<'a> Planner<'a> {
             let h = follow(needs, &made, false);
             let product = cells * count_v(&h);
             if product.is_finite() && best.as_ref().is_none_or(|b| product < b.0) {
-                best = Some((product, u, made, h));
+                best = Some((product, (u, made), h));
             }
         }
-        let (product, u, made_u, h) = best.unwrap_or((f64::INFINITY, Vec::new(), Vec::new(), Vec::new()));
+        let (product, (u, made_u), h) = best.unwrap_or((f64::INFINITY, (Vec::new(), Vec::new()), Vec::new()));
         self.afford(product)?;
         let (v, made_v) = lines::place(&needs.v, &needs.breaks_v, &h, 1.0);
         Ok(Planned { u, v, used: 0.0, made_u, made_v })
