@@ -11,10 +11,10 @@ use crate::engine::nurbs::{FirstDerivatives, GridSamples, Surface};
 
 /// Cells in one direction up to which all are judged. Beyond it runs of cells are left out evenly: neighbours in so
 /// fine a grid differ little, and judging a mesh would cost as much as making it.
-const JUDGED: usize = 64;
+const JUDGED: usize = 160;
 
 /// Cells of a grid up to which quarters are looked at: a coarse grid's cells are far from quadratic and cost little.
-const FEW: usize = 64;
+const FEW: usize = 256;
 
 /// Parameters of one direction that are evaluated, and for each judged cell the index of its start among them; its
 /// inner places and its end follow.

@@ -50,7 +50,7 @@ fn a_cylinder_has_lines_along_its_curved_direction_only_and_as_many_as_the_close
         // A chord of angle h leaves the circle by R (1 - cos(h / 2)).
         let least = (PI / (1.0 - tolerance / radius).acos()).ceil();
         let cells = counts[1] as f64;
-        assert!(cells >= least && cells <= 1.08 * least + 3.0, "{tolerance}: {cells} cells where {least} do");
+        assert!(cells >= least && cells <= 1.12 * least + 3.0, "{tolerance}: {cells} cells where {least} do");
         assert!(distance(&surface, &lines) <= tolerance * 1.02);
     }
 }
