@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 use serde_json::{Value, json};
 
-use crate::support::binary::Service;
+use crate::support::service::Service;
 
 /// Longer than any of these jobs may take.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -33,17 +33,23 @@ fn name(path: &Path) -> String {
 struct Client {
     http: reqwest::Client,
     service: Service,
+    _data: tempfile::TempDir,
 }
 
 impl Client {
     fn new() -> Self {
-        Self { http: reqwest::Client::new(), service: Service::start(&[]) }
+        let data = tempfile::tempdir().unwrap();
+        Self { http: reqwest::Client::new(), service: Service::start(data.path(), &[]), _data: data }
+    }
+
+    fn url(&self, path: &str) -> String {
+        format!("{}{path}", self.service.address)
     }
 
     async fn store(&self, path: &Path) -> String {
         let answer = self
             .http
-            .post(self.service.url("/v1/surfaces"))
+            .post(self.url("/v1/surfaces"))
             .header("content-type", "application/json")
             .body(std::fs::read(path).unwrap())
             .send()
@@ -57,7 +63,7 @@ impl Client {
 
     /// Runs a job to its end and gives its document.
     async fn run(&self, job: &Value) -> Value {
-        let answer = self.http.post(self.service.url("/v1/jobs")).json(job).send().await.unwrap();
+        let answer = self.http.post(self.url("/v1/jobs")).json(job).send().await.unwrap();
         assert_eq!(answer.status(), 202, "{job}: {}", answer.text().await.unwrap());
         let created: Value = answer.json().await.unwrap();
         let address = format!("/v1/jobs/{}?wait=30", created["id"].as_str().unwrap());
@@ -72,7 +78,7 @@ impl Client {
     }
 
     async fn json(&self, path: &str) -> Value {
-        let answer = self.http.get(self.service.url(path)).send().await.unwrap();
+        let answer = self.http.get(self.url(path)).send().await.unwrap();
         assert_eq!(answer.status(), 200, "{path}");
         answer.json().await.unwrap()
     }

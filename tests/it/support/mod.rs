@@ -1,7 +1,6 @@
 //! What the integration tests share.
 
 pub(crate) mod api;
-pub(crate) mod binary;
 pub(crate) mod child;
 pub(crate) mod contract;
 pub(crate) mod queue;
