@@ -10,8 +10,10 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::{DVec2, DVec3};
+use planish::engine::budget::Unobserved;
+use planish::engine::mesh::Topology;
 use planish::engine::nurbs::{Curve2, KnotVector, Surface};
-use planish::engine::pattern::{DrawInput, Placement, draw, triangles_of_part};
+use planish::engine::pattern::{DrawInput, Locator, Placement, draw, triangles_of_part};
 use planish::engine::triangulation::{Configuration, GridLines, grid_mesh, lift};
 use planish::engine::trimming::{Side, TrimCurve, TrimLoop, TrimShape, TrimmedSurface};
 
@@ -63,26 +65,31 @@ fn main() {
         let surface = &trimmed.surface;
         let lines = GridLines::uniform(surface.domain(), m, n);
         let lifted = lift(surface, grid_mesh(&lines, Configuration::Regular, 0), &lines);
+        let topology = Topology::new(&lifted.mesh).expect("a mesh");
         let unrolled = |p: &DVec3| DVec2::new(RADIUS * p.y.atan2(p.x).clamp(0.0, FRAC_PI_2), p.z);
         let flat: Vec<DVec2> = lifted.mesh.positions.iter().map(unrolled).collect();
         let region = trims.polygonise(surface, 0.05).expect("loops that do");
         let (mut part_time, mut draw_time, mut points) = (f64::INFINITY, f64::INFINITY, 0);
         for _ in 0..RUNS {
             let start = Instant::now();
-            let part = black_box(triangles_of_part(&lifted, &region));
+            let locator = Locator::new(&lifted.domain, &Unobserved).expect("nobody cancels");
+            let part = triangles_of_part(&lifted, &locator, &region, &Unobserved).expect("nobody cancels");
+            let part = black_box(part);
             part_time = part_time.min(start.elapsed().as_secs_f64());
             let start = Instant::now();
-            let drawn = draw(&DrawInput {
+            let input = DrawInput {
                 surface,
                 side: trimmed.side,
                 trims: &trims,
                 lifted: &lifted,
+                topology: &topology,
+                locator: &locator,
                 flat: &flat,
                 part: &part,
                 placement: &Placement::default(),
                 curve_tolerance_mm: Some(0.04),
-            })
-            .expect("a pattern");
+            };
+            let drawn = draw(&input, &Unobserved).expect("a pattern");
             draw_time = draw_time.min(start.elapsed().as_secs_f64());
             points = drawn.report.points;
         }

@@ -3,12 +3,15 @@
 use glam::DVec2;
 
 use super::flat_map::FlatMap;
+use super::locator::Locator;
 use super::outline::{FlatLoop, Tracer};
-use super::part::area_centroid;
+use super::part::area_centroids;
 use super::placement::{Motion, Placement, Transform, View};
 use super::{Contour, Pattern, Piece};
+use crate::engine::budget::Observer;
 use crate::engine::distortion::{BoundaryReport, PatternReport, PlacementReport};
 use crate::engine::error::EngineError;
+use crate::engine::mesh::Topology;
 use crate::engine::nurbs::Surface;
 use crate::engine::triangulation::Lifted;
 use crate::engine::trimming::{CheckedTrims, Side};
@@ -34,6 +37,10 @@ pub struct DrawInput<'a> {
     pub trims: &'a CheckedTrims,
     /// The mesh that was flattened: of the whole base surface, or of what lies inside the loops.
     pub lifted: &'a Lifted,
+    /// The topology of the mesh.
+    pub topology: &'a Topology,
+    /// The locator of the domain mesh.
+    pub locator: &'a Locator<'a>,
     /// Where the mesh's vertices lie in the plane, mm; NaN where they do not. Triangles are anticlockwise.
     pub flat: &'a [DVec2],
     /// For each triangle of the mesh whether it belongs to the part (see [`super::triangles_of_part`]).
@@ -64,12 +71,12 @@ pub struct Drawn {
 /// # Errors
 /// [`EngineError::Parameter`] for `placement.align` when the direction has no meaning at the part's middle, for
 /// `curve_tolerance_mm` when it is not positive or asks for too many points; [`EngineError::Trimming`] when the loops cannot
-/// be polygonised that finely.
-pub fn draw(input: &DrawInput<'_>) -> Result<Drawn, EngineError> {
+/// be polygonised that finely; [`EngineError::Cancelled`] when the observer asks for it.
+pub fn draw(input: &DrawInput<'_>, observer: &dyn Observer) -> Result<Drawn, EngineError> {
     let tolerance = curve_tolerance(input)?;
     let region = input.trims.polygonise(input.surface, tolerance)?;
-    let map = FlatMap::new(input.surface, input.lifted, input.flat);
-    let tracer = Tracer { surface: input.surface, trims: input.trims, region: &region, map: &map, tolerance };
+    let map = FlatMap::new(input.surface, input.lifted, input.topology, input.locator, input.flat);
+    let tracer = Tracer { surface: input.surface, trims: input.trims, region: &region, map: &map, tolerance, observer };
     let mut budget = 0;
     let loops = (0..region.loops.len()).map(|l| tracer.flat_loop(l, &mut budget)).collect::<Result<Vec<_>, _>>()?;
 
@@ -93,7 +100,8 @@ pub fn draw(input: &DrawInput<'_>) -> Result<Drawn, EngineError> {
     }
     drawn_loops.sort_unstable();
 
-    let transform = transform(input, &map, &sheets)?;
+    observer.check()?;
+    let transform = transform(input, &map, &sheets, observer)?;
     let pieces: Vec<Piece> = sheets
         .iter()
         .enumerate()
@@ -115,7 +123,7 @@ pub fn draw(input: &DrawInput<'_>) -> Result<Drawn, EngineError> {
         rotation_deg: first.rotation.to_angle().to_degrees(),
         origin_mm: first.origin.to_array(),
     };
-    let boundary = drawn_loops.into_iter().map(|l| tracer.lengths(l)).collect();
+    let boundary = drawn_loops.into_iter().map(|l| tracer.lengths(l)).collect::<Result<_, _>>()?;
     Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
 }
 
@@ -144,21 +152,24 @@ fn transform(
     input: &DrawInput<'_>,
     map: &FlatMap<'_>,
     sheets: &[(FlatLoop, Vec<FlatLoop>)],
+    observer: &dyn Observer,
 ) -> Result<Transform, EngineError> {
-    let count = map.pieces().count;
+    let count = map.piece_count();
     let mirrored = (input.side == Side::Reversed) != (input.placement.view == View::Back);
-    let mut transform = Transform { mirrored, motions: Vec::with_capacity(count as usize), motion_of: Vec::new() };
-    let mut boxes = Vec::with_capacity(count as usize);
-    for piece in 0..count {
-        let rotation = rotation(input, map, piece, mirrored)?;
+    let mut transform = Transform { mirrored, motions: Vec::with_capacity(count), motion_of: Vec::new() };
+    let middles = area_centroids(input.lifted, input.part, input.topology.piece_of(), count);
+    for (piece, middle) in middles.into_iter().enumerate() {
+        observer.check()?;
+        let rotation = rotation(input, map, piece as u32, middle, mirrored)?;
         transform.motions.push(Motion { rotation, origin: DVec2::ZERO });
-        let points = || {
-            let own = sheets.iter().filter(|s| s.0.piece == piece).flat_map(|s| &s.0.points);
-            own.map(|&p| transform.point(p, piece as usize))
-        };
-        let low = points().fold(DVec2::INFINITY, DVec2::min);
-        let high = points().fold(DVec2::NEG_INFINITY, DVec2::max);
-        boxes.push([low, high]);
+    }
+    let mut boxes = vec![[DVec2::INFINITY, DVec2::NEG_INFINITY]; count];
+    for (outline, _) in sheets {
+        let [low, high] = &mut boxes[outline.piece as usize];
+        for &p in &outline.points {
+            let p = transform.point(p, outline.piece as usize);
+            (*low, *high) = (low.min(p), high.max(p));
+        }
     }
     let widest = boxes.iter().filter(|b| b[0].is_finite()).map(|[low, high]| high.x - low.x).fold(0.0, f64::max);
     let mut x = 0.0;
@@ -174,10 +185,15 @@ fn transform(
     Ok(transform)
 }
 
-/// The rotation of one piece of the mesh.
-fn rotation(input: &DrawInput<'_>, map: &FlatMap<'_>, piece: u32, mirrored: bool) -> Result<DVec2, EngineError> {
-    let within = if map.pieces().count == 1 { input.part.to_vec() } else { map.within(input.part, piece) };
-    let Some(middle) = area_centroid(input.lifted, &within) else { return Ok(DVec2::X) };
+/// The rotation of one piece of the mesh, `middle` being the area centroid of what of the part lies in it.
+fn rotation(
+    input: &DrawInput<'_>,
+    map: &FlatMap<'_>,
+    piece: u32,
+    middle: Option<DVec2>,
+    mirrored: bool,
+) -> Result<DVec2, EngineError> {
+    let Some(middle) = middle else { return Ok(DVec2::X) };
     let along = input.placement.align.direction(input.surface, middle)?;
     let Some([du, dv]) = map.jacobian(middle, piece) else { return Ok(DVec2::X) };
     let d = du * along.x + dv * along.y;

@@ -28,30 +28,8 @@ pub(super) struct FlatMap<'a> {
     surface: &'a Surface,
     lifted: &'a Lifted,
     flat: &'a [DVec2],
-    locator: Locator<'a>,
-    pieces: Pieces,
-}
-
-/// The pieces of a mesh: sets of triangles joined by edges.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Pieces {
-    /// How many there are, at least one.
-    pub(super) count: u32,
-    /// For each triangle of the mesh its piece.
-    of_triangle: Vec<u32>,
-}
-
-impl Pieces {
-    fn new(lifted: &Lifted) -> Self {
-        let mesh = &lifted.mesh;
-        match Topology::of_triangles(&mesh.triangles, mesh.positions.len()) {
-            Ok(topology) if topology.piece_count() > 1 => {
-                Self { count: topology.piece_count() as u32, of_triangle: topology.piece_of().to_vec() }
-            }
-            // A mesh that is no surface is not taken apart.
-            _ => Self { count: 1, of_triangle: vec![0; mesh.triangles.len()] },
-        }
-    }
+    locator: &'a Locator<'a>,
+    topology: &'a Topology,
 }
 
 /// A point of the domain on the mesh and in the plane.
@@ -64,35 +42,36 @@ pub(super) struct Mapped {
 }
 
 impl<'a> FlatMap<'a> {
-    /// The map of a mesh whose vertex `k` lies at `flat[k]`.
-    pub(super) fn new(surface: &'a Surface, lifted: &'a Lifted, flat: &'a [DVec2]) -> Self {
-        Self { surface, lifted, flat, locator: Locator::new(&lifted.domain), pieces: Pieces::new(lifted) }
+    /// The map of a mesh whose vertex `k` lies at `flat[k]`; with the mesh's topology and the domain mesh's locator.
+    pub(super) const fn new(
+        surface: &'a Surface,
+        lifted: &'a Lifted,
+        topology: &'a Topology,
+        locator: &'a Locator<'a>,
+        flat: &'a [DVec2],
+    ) -> Self {
+        Self { surface, lifted, flat, locator, topology }
     }
 
-    /// The mesh's pieces.
-    pub(super) const fn pieces(&self) -> &Pieces {
-        &self.pieces
+    /// How many pieces the mesh has.
+    pub(super) const fn piece_count(&self) -> usize {
+        self.topology.piece_count()
     }
 
     /// The piece that a triangle of the domain belongs to; `None` where it vanished in space.
     fn piece_of(&self, domain_triangle: u32) -> Option<u32> {
-        self.pieces.of_triangle.get(self.mesh_triangle(domain_triangle) as usize).copied()
+        self.topology.piece_of().get(self.mesh_triangle(domain_triangle) as usize).copied()
     }
 
     /// For each vertex of the mesh its piece.
     pub(super) fn pieces_of_vertices(&self) -> Vec<u32> {
         let mut of_vertex = vec![0; self.flat.len()];
-        for (corners, &piece) in self.lifted.mesh.triangles.iter().zip(&self.pieces.of_triangle) {
+        for (corners, &piece) in self.lifted.mesh.triangles.iter().zip(self.topology.piece_of()) {
             for &k in corners {
                 of_vertex[k as usize] = piece;
             }
         }
         of_vertex
-    }
-
-    /// The triangles of one piece: `part` restricted to it.
-    pub(super) fn within(&self, part: &[bool], piece: u32) -> Vec<bool> {
-        part.iter().zip(&self.pieces.of_triangle).map(|(&belongs, &p)| belongs && p == piece).collect()
     }
 
     /// The piece that a point of the domain lies in or nearest to.
@@ -104,7 +83,7 @@ impl<'a> FlatMap<'a> {
     ///
     /// Where pieces touch in a vertex, a point there lies in both: so the piece is named.
     pub(super) fn at(&self, uv: DVec2, piece: u32) -> Option<Mapped> {
-        let located = if self.pieces.count == 1 {
+        let located = if self.piece_count() <= 1 {
             self.locator.locate(uv)?
         } else {
             self.locator.locate_among(uv, |t| self.piece_of(t).is_none_or(|p| p == piece))?

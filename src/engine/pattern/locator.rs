@@ -11,6 +11,8 @@
 use glam::DVec2;
 use robust::{Coord, orient2d};
 
+use crate::engine::budget::Observer;
+use crate::engine::error::EngineError;
 use crate::engine::triangulation::DomainMesh;
 
 /// Triangles a bucket holds on average. More: points look at more triangles; fewer: more memory and more empty buckets.
@@ -21,6 +23,9 @@ const MOST_LINES: usize = 2048;
 
 /// Values that are looked at for each line that bounds buckets. More: buckets fill more evenly; fewer: less to sort.
 const SAMPLES_PER_LINE: usize = 16;
+
+/// Triangles that are sorted into buckets between two questions whether to go on: some milliseconds of work.
+const BETWEEN_CHECKS: usize = 1 << 16;
 
 /// How far, relative to the domain, a triangle's reach in a row of buckets is widened against rounding.
 const MARGIN: f64 = 1e-12;
@@ -53,16 +58,18 @@ pub struct Locator<'a> {
 
 impl<'a> Locator<'a> {
     /// Builds the buckets. A mesh without triangles locates nothing.
-    #[must_use]
-    pub fn new(mesh: &'a DomainMesh) -> Self {
+    ///
+    /// # Errors
+    /// [`EngineError::Cancelled`] when the observer asks for it.
+    pub fn new(mesh: &'a DomainMesh, observer: &dyn Observer) -> Result<Self, EngineError> {
         let count = (mesh.triangles.len() / PER_BUCKET).isqrt().clamp(1, MOST_LINES);
         let u = Lines::quantiles(mesh.uv.iter().map(|p| p.x), count);
         let v = Lines::quantiles(mesh.uv.iter().map(|p| p.y), count);
         let over = |w: f64| if w > 0.0 { 1.0 / w } else { 1.0 };
         let scale = DVec2::new(over(u.width()), over(v.width()));
         let mut locator = Self { mesh, u, v, scale, starts: Vec::new(), items: Vec::new() };
-        locator.fill();
-        locator
+        locator.fill(observer)?;
+        Ok(locator)
     }
 
     /// The mesh that it is built over.
@@ -115,11 +122,14 @@ impl<'a> Locator<'a> {
     }
 
     /// Sorts the triangles into the buckets, each bucket's in ascending order.
-    fn fill(&mut self) {
+    fn fill(&mut self, observer: &dyn Observer) -> Result<(), EngineError> {
         let buckets = self.u.count() * self.v.count();
         let mut starts = vec![0_u32; buckets + 1];
         let mut pairs: Vec<[u32; 2]> = Vec::with_capacity(4 * self.mesh.triangles.len());
         for t in 0..self.mesh.triangles.len() as u32 {
+            if (t as usize).is_multiple_of(BETWEEN_CHECKS) {
+                observer.check()?;
+            }
             self.buckets_along(&self.corners(t), |b| {
                 starts[b + 1] += 1;
                 pairs.push([b as u32, t]);
@@ -128,6 +138,7 @@ impl<'a> Locator<'a> {
         for b in 0..buckets {
             starts[b + 1] += starts[b];
         }
+        observer.check()?;
         let mut items = vec![0_u32; pairs.len()];
         let mut next = starts.clone();
         for [b, t] in pairs {
@@ -136,6 +147,7 @@ impl<'a> Locator<'a> {
             *place += 1;
         }
         (self.starts, self.items) = (starts, items);
+        Ok(())
     }
 
     /// Visits the buckets that the convex hull of two or three points may meet.
@@ -324,11 +336,16 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::engine::budget::Unobserved;
     use crate::engine::nurbs::Domain;
     use crate::engine::triangulation::{Configuration, GridLines, grid_mesh};
 
     fn grid(u: Vec<f64>, v: Vec<f64>) -> DomainMesh {
         grid_mesh(&GridLines { u, v }, Configuration::Diamond, 0)
+    }
+
+    fn locator(mesh: &DomainMesh) -> Locator<'_> {
+        Locator::new(mesh, &Unobserved).expect("nobody cancels")
     }
 
     fn place(mesh: &DomainMesh, l: &Located) -> DVec2 {
@@ -340,7 +357,7 @@ mod tests {
     fn every_vertex_and_edge_of_a_grid_is_held_by_some_triangle() {
         let lines = GridLines::uniform(Domain { u: [0.1, 0.9], v: [-3.0, 7.0] }, 23, 17);
         let mesh = grid(lines.u, lines.v);
-        let locator = Locator::new(&mesh);
+        let locator = locator(&mesh);
         for t in &mesh.triangles {
             for e in 0..3 {
                 let (a, b) = (mesh.uv[t[e] as usize], mesh.uv[t[(e + 1) % 3] as usize]);
@@ -357,7 +374,7 @@ mod tests {
     fn a_point_outside_goes_to_the_nearest_place_on_the_border() {
         let lines = GridLines::uniform(Domain { u: [0.0, 1.0], v: [0.0, 1.0] }, 9, 12);
         let mesh = grid(lines.u, lines.v);
-        let locator = Locator::new(&mesh);
+        let locator = locator(&mesh);
         for (x, y) in [(1.5, 0.3), (-0.2, 0.77), (0.4, -1e-17), (0.6, 1.0 + 1e-15), (-1.0, 9.0), (2.0, 2.0)] {
             let l = locator.locate(DVec2::new(x, y)).expect("there are triangles");
             assert!(!l.inside);
@@ -369,10 +386,10 @@ mod tests {
     #[test]
     fn nothing_is_located_in_nothing() {
         let mesh = DomainMesh::default();
-        assert_eq!(Locator::new(&mesh).locate(DVec2::ZERO), None);
+        assert_eq!(locator(&mesh).locate(DVec2::ZERO), None);
         let lines = GridLines::uniform(Domain { u: [0.0, 1.0], v: [0.0, 1.0] }, 2, 2);
         let mesh = grid(lines.u, lines.v);
-        assert_eq!(Locator::new(&mesh).locate(DVec2::NAN), None);
+        assert_eq!(locator(&mesh).locate(DVec2::NAN), None);
     }
 
     #[test]
@@ -405,7 +422,7 @@ mod tests {
             u in uneven(), v in uneven(), points in proptest::collection::vec((0.0..1.0_f64, 0.0..1.0_f64), 50),
         ) {
             let mesh = grid(u.clone(), v.clone());
-            let locator = Locator::new(&mesh);
+            let locator = locator(&mesh);
             for (x, y) in points {
                 let p = DVec2::new(x * u[u.len() - 1], y * v[v.len() - 1]);
                 let l = locator.locate(p).expect("there are triangles");
@@ -424,7 +441,7 @@ mod tests {
             let mut keep = keep.into_iter();
             mesh.triangles.retain(|_| keep.next() == Some(true));
             prop_assume!(!mesh.triangles.is_empty());
-            let locator = Locator::new(&mesh);
+            let locator = locator(&mesh);
             for (x, y) in points {
                 let p = DVec2::new(x, y);
                 let l = locator.locate(p).expect("there are triangles");

@@ -19,7 +19,7 @@ mod tests;
 
 pub use draw::{DEFAULT_CURVE_TOLERANCE, DrawInput, Drawn, draw};
 pub use locator::{Located, Locator};
-pub use part::{area_centroid, triangles_of_part};
+pub use part::triangles_of_part;
 pub use placement::{Align, Motion, Placement, Transform, View};
 
 /// One closed polyline of a pattern. The first point is not repeated.

@@ -9,6 +9,7 @@ use glam::DVec2;
 
 use super::flat_map::{FlatMap, Mapped};
 use super::lengths::curve_length;
+use crate::engine::budget::Observer;
 use crate::engine::distortion::BoundaryReport;
 use crate::engine::error::EngineError;
 use crate::engine::nurbs::Surface;
@@ -29,6 +30,9 @@ const MOST_POINTS: usize = 2_000_000;
 
 /// The most sampled points that one chord may replace: bounds the work of taking points out.
 const MOST_JOINED: usize = 128;
+
+/// Chords between two questions whether to go on, while points are taken out: each looks at a few thousand at the most.
+const CHORDS_BETWEEN_CHECKS: usize = 256;
 
 /// A loop is drawn at least this finely relative to its own size, however coarse the tolerance: small holes stay round.
 const OF_LOOP: f64 = 0.01;
@@ -55,6 +59,8 @@ pub(super) struct Tracer<'a> {
     pub(super) map: &'a FlatMap<'a>,
     /// Largest distance between a curve and its polyline, mm.
     pub(super) tolerance: f64,
+    /// Asked before each interval.
+    pub(super) observer: &'a dyn Observer,
 }
 
 /// The curve between two neighbouring points of a polygonised loop, with a parameter from 0 to 1.
@@ -104,11 +110,11 @@ impl Tracer<'_> {
 
     /// The piece of the mesh that most of a loop lies in.
     fn piece(&self, index: usize) -> u32 {
-        let pieces = self.map.pieces();
-        if pieces.count == 1 {
+        let count = self.map.piece_count();
+        if count <= 1 {
             return 0;
         }
-        let mut votes = vec![0_u32; pieces.count as usize];
+        let mut votes = vec![0_u32; count];
         for interval in self.intervals(index) {
             votes[self.map.piece_at(interval.at(0.5)) as usize] += 1;
         }
@@ -119,7 +125,8 @@ impl Tracer<'_> {
     /// A loop in the flattening. `None` where it is not flattened.
     ///
     /// # Errors
-    /// [`EngineError::Parameter`] when the tolerance asks for more points than are allowed; `budget` counts them.
+    /// [`EngineError::Parameter`] when the tolerance asks for more points than are allowed (`budget` counts them);
+    /// [`EngineError::Cancelled`] when the observer asks for it.
     pub(super) fn flat_loop(&self, index: usize, budget: &mut usize) -> Result<Option<FlatLoop>, EngineError> {
         let boundary = &self.region.loops[index];
         let piece = self.piece(index);
@@ -135,6 +142,7 @@ impl Tracer<'_> {
         let mut points = Vec::with_capacity(2 * vertices.len());
         let mut corners = Vec::with_capacity(2 * vertices.len());
         for (k, interval) in self.intervals(index).enumerate() {
+            self.observer.check()?;
             points.push(vertices[k]);
             corners.push(boundary.corners.get(k).copied().unwrap_or(true));
             let ends = [vertices[k], vertices[(k + 1) % vertices.len()]];
@@ -148,7 +156,7 @@ impl Tracer<'_> {
         if !points.iter().all(|p| p.is_finite()) {
             return Ok(None);
         }
-        let (points, corners) = thinned(&points, &corners, half, SAME_POINT * size);
+        let (points, corners) = thinned(&points, &corners, half, SAME_POINT * size, self.observer)?;
         Ok((points.len() > 2).then_some(FlatLoop { points, corners, piece }))
     }
 
@@ -186,7 +194,10 @@ impl Tracer<'_> {
     }
 
     /// The three lengths of a loop.
-    pub(super) fn lengths(&self, index: usize) -> BoundaryReport {
+    ///
+    /// # Errors
+    /// [`EngineError::Cancelled`] when the observer asks for it.
+    pub(super) fn lengths(&self, index: usize) -> Result<BoundaryReport, EngineError> {
         let boundary = &self.region.loops[index];
         let piece = self.piece(index);
         let on_surface = |uv: DVec2| self.surface.point(uv.x, uv.y);
@@ -199,13 +210,14 @@ impl Tracer<'_> {
             ..BoundaryReport::default()
         };
         for interval in self.intervals(index) {
+            self.observer.check()?;
             let range = [0.0, 1.0];
             report.length_3d_mm += curve_length(&|x| on_surface(interval.at(x)), &glam::DVec3::distance, range, scale);
             report.length_mesh_mm +=
                 curve_length(&|x| mapped(interval.at(x)).mesh, &glam::DVec3::distance, range, scale);
             report.length_2d_mm += curve_length(&|x| mapped(interval.at(x)).flat, &DVec2::distance, range, scale);
         }
-        report
+        Ok(report)
     }
 }
 
@@ -234,12 +246,21 @@ fn distance_to_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
 
 /// A closed polyline without the points that a chord within `tolerance` can replace, and without repeated ones. The first
 /// point and all corners stay.
-fn thinned(points: &[DVec2], corners: &[bool], tolerance: f64, same: f64) -> (Vec<DVec2>, Vec<bool>) {
+fn thinned(
+    points: &[DVec2],
+    corners: &[bool],
+    tolerance: f64,
+    same: f64,
+    observer: &dyn Observer,
+) -> Result<(Vec<DVec2>, Vec<bool>), EngineError> {
     let count = points.len();
     let at = |k: usize| points[k % count];
     let mut out: (Vec<DVec2>, Vec<bool>) = (Vec::new(), Vec::new());
     let mut i = 0;
     while i < count {
+        if out.0.len().is_multiple_of(CHORDS_BETWEEN_CHECKS) {
+            observer.check()?;
+        }
         match out.0.last() {
             Some(last) if last.distance(points[i]) <= same => {
                 if let Some(corner) = out.1.last_mut() {
@@ -268,5 +289,5 @@ fn thinned(points: &[DVec2], corners: &[bool], tolerance: f64, same: f64) -> (Ve
             out.1[0] = true;
         }
     }
-    out
+    Ok(out)
 }

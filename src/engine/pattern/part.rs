@@ -8,29 +8,44 @@
 use glam::DVec2;
 
 use super::locator::{Locator, orientation};
+use crate::engine::budget::Observer;
+use crate::engine::error::EngineError;
 use crate::engine::triangulation::Lifted;
 use crate::engine::trimming::TrimRegion;
 
 /// For each triangle of the mesh (`lifted.mesh`) whether it meets the part that `region` bounds.
 ///
-/// For the mesh of a trimmed domain every triangle does; this is for meshes of the whole base surface.
-#[must_use]
-pub fn triangles_of_part(lifted: &Lifted, region: &TrimRegion) -> Vec<bool> {
+/// For the mesh of a trimmed domain every triangle does; this is for meshes of the whole base surface. `locator` is that
+/// of the domain mesh.
+///
+/// # Errors
+/// [`EngineError::Cancelled`] when the observer asks for it.
+pub fn triangles_of_part(
+    lifted: &Lifted,
+    locator: &Locator<'_>,
+    region: &TrimRegion,
+    observer: &dyn Observer,
+) -> Result<Vec<bool>, EngineError> {
     let mut part = vec![false; lifted.mesh.triangles.len()];
     if region.natural {
         part.fill(true);
-        return part;
+        return Ok(part);
     }
-    let locator = Locator::new(&lifted.domain);
     let chords = Chords::new(region);
     let mut entered = vec![false; lifted.domain.triangles.len()];
-    for &[a, b] in &chords.list {
+    for (k, &[a, b]) in chords.list.iter().enumerate() {
+        if k.is_multiple_of(BETWEEN_CHECKS) {
+            observer.check()?;
+        }
         locator.along(a, b, |t| {
             let seen = &mut entered[t as usize];
             *seen = *seen || enters([a, b], locator.corners(t));
         });
     }
     for (t, &to) in lifted.triangle_of.iter().enumerate() {
+        if t.is_multiple_of(BETWEEN_CHECKS) {
+            observer.check()?;
+        }
         if let Some(belongs) = part.get_mut(to as usize) {
             *belongs = entered[t] || {
                 let [a, b, c] = locator.corners(t as u32);
@@ -38,15 +53,13 @@ pub fn triangles_of_part(lifted: &Lifted, region: &TrimRegion) -> Vec<bool> {
             };
         }
     }
-    part
+    Ok(part)
 }
 
-/// The area centroid of the part in the domain: triangles' middles in (u, v), weighted by their areas in space. `None`
-/// when no triangle belongs to the part.
-#[must_use]
-pub fn area_centroid(lifted: &Lifted, part: &[bool]) -> Option<DVec2> {
-    let mut sum = DVec2::ZERO;
-    let mut area = 0.0;
+/// The area centroid of the part in the domain, for each of `count` pieces of the mesh: triangles' middles in (u, v),
+/// weighted by their areas in space. `None` where no triangle of the piece belongs to the part.
+pub(super) fn area_centroids(lifted: &Lifted, part: &[bool], piece_of: &[u32], count: usize) -> Vec<Option<DVec2>> {
+    let mut sums = vec![(DVec2::ZERO, 0.0); count];
     for (corners, &to) in lifted.domain.triangles.iter().zip(&lifted.triangle_of) {
         let Some(triangle) = lifted.mesh.triangles.get(to as usize) else { continue };
         if !part.get(to as usize).copied().unwrap_or(false) {
@@ -55,10 +68,11 @@ pub fn area_centroid(lifted: &Lifted, part: &[bool]) -> Option<DVec2> {
         let [a, b, c] = triangle.map(|k| lifted.mesh.positions[k as usize]);
         let size = (b - a).cross(c - a).length();
         let middle: DVec2 = corners.iter().map(|&k| lifted.domain.uv[k as usize]).sum::<DVec2>() / 3.0;
-        sum += middle * size;
-        area += size;
+        let (sum, area) = &mut sums[piece_of[to as usize] as usize];
+        *sum += middle * size;
+        *area += size;
     }
-    (area > 0.0).then(|| sum / area)
+    sums.into_iter().map(|(sum, area)| (area > 0.0).then(|| sum / area)).collect()
 }
 
 /// True when a chord meets the interior of a triangle: no line along an edge or along the chord separates them.
@@ -72,6 +86,10 @@ fn enters(chord: [DVec2; 2], corners: [DVec2; 3]) -> bool {
     let one_side = sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0);
     !beyond_edge && !one_side
 }
+
+/// Chords or triangles that are looked at between two questions whether to go on: a chord may run along thousands of
+/// triangles, so few.
+const BETWEEN_CHECKS: usize = 256;
 
 /// The chords of all loops, in strips of v for fast crossing counts.
 struct Chords {

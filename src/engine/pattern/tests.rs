@@ -6,13 +6,14 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::engine::budget::{Observer, Unobserved};
 use crate::engine::error::EngineError;
-use crate::engine::mesh::Mesh;
+use crate::engine::mesh::{Mesh, Topology};
 use crate::engine::nurbs::shapes::{circle2, cylinder, knots, plane, revolved};
 use crate::engine::nurbs::{Curve2, Surface};
 use crate::engine::triangulation::{Configuration, DomainMesh, GridLines, Lifted, grid_mesh, lift};
 use crate::engine::trimming::tests::samples::real_faces;
-use crate::engine::trimming::{CheckedTrims, Side, TrimCurve, TrimLoop, TrimShape, TrimmedSurface};
+use crate::engine::trimming::{CheckedTrims, Side, TrimCurve, TrimLoop, TrimRegion, TrimShape, TrimmedSurface};
 
 /// The letter F, anticlockwise, 6 wide and 10 high.
 const F: [[f64; 2]; 10] = [
@@ -58,25 +59,40 @@ impl Part {
 
     fn region_part(&self) -> Vec<bool> {
         let region = self.trims.polygonise(&self.surface, 1e-3).expect("loops that do");
-        triangles_of_part(&self.lifted, &region)
+        part_of(&self.lifted, &region)
     }
 
-    fn try_draw(&self) -> Result<Drawn, EngineError> {
-        draw(&DrawInput {
+    fn draw_observed(&self, observer: &dyn Observer) -> Result<Drawn, EngineError> {
+        let input = DrawInput {
             surface: &self.surface,
             side: self.side,
             trims: &self.trims,
             lifted: &self.lifted,
+            topology: &Topology::new(&self.lifted.mesh).expect("a mesh"),
+            locator: &Locator::new(&self.lifted.domain, &Unobserved)?,
             flat: &self.flat,
             part: &self.region_part(),
             placement: &self.placement,
             curve_tolerance_mm: self.tolerance,
-        })
+        };
+        draw(&input, observer)
+    }
+
+    fn try_draw(&self) -> Result<Drawn, EngineError> {
+        self.draw_observed(&Unobserved)
     }
 
     fn draw(&self) -> Drawn {
         self.try_draw().expect("a pattern")
     }
+}
+
+fn locator(lifted: &Lifted) -> Locator<'_> {
+    Locator::new(&lifted.domain, &Unobserved).expect("nobody cancels")
+}
+
+fn part_of(lifted: &Lifted, region: &TrimRegion) -> Vec<bool> {
+    triangles_of_part(lifted, &locator(lifted), region, &Unobserved).expect("nobody cancels")
 }
 
 fn polyline(points: impl Iterator<Item = DVec2>) -> TrimLoop {
@@ -324,6 +340,30 @@ fn holes_are_clockwise_islands_are_pieces_of_their_own_and_circles_stay_within_t
     }
 }
 
+/// Cancels at the n-th question.
+struct CancelsAt(std::sync::atomic::AtomicUsize);
+
+impl Observer for CancelsAt {
+    fn is_cancelled(&self) -> bool {
+        let left = self.0.load(std::sync::atomic::Ordering::Relaxed);
+        self.0.store(left.saturating_sub(1), std::sync::atomic::Ordering::Relaxed);
+        left == 0
+    }
+}
+
+#[test]
+fn drawing_and_marking_the_part_stop_at_whatever_question_they_are_cancelled() {
+    let part = f_on_a_plane();
+    for question in 0..10 {
+        let observer = CancelsAt(question.into());
+        assert_eq!(part.draw_observed(&observer), Err(EngineError::Cancelled), "{question}");
+    }
+    let region = part.trims.polygonise(&part.surface, 1e-3).expect("loops that do");
+    let marked = triangles_of_part(&part.lifted, &locator(&part.lifted), &region, &CancelsAt(1.into()));
+    assert_eq!(marked, Err(EngineError::Cancelled));
+    assert!(matches!(Locator::new(&part.lifted.domain, &CancelsAt(0.into())), Err(EngineError::Cancelled)));
+}
+
 #[test]
 fn a_loop_along_the_seam_and_the_border_is_followed_on_its_own_side() {
     let (radius, height) = (10.0, 20.0);
@@ -368,17 +408,20 @@ fn pieces_that_are_flattened_apart_are_laid_side_by_side() {
     };
     let trims = trims.check().expect("loops that touch in a corner do");
     let flat = flat.map(DVec2::from_array);
+    let (topology, locator) = (Topology::new(&lifted.mesh).expect("a mesh"), locator(&lifted));
     let input = DrawInput {
         surface: &surface,
         side: Side::Normal,
         trims: &trims,
         lifted: &lifted,
+        topology: &topology,
+        locator: &locator,
         flat: &flat,
         part: &[true; 4],
         placement: &Placement::default(),
         curve_tolerance_mm: None,
     };
-    let drawn = draw(&input).expect("a pattern");
+    let drawn = draw(&input, &Unobserved).expect("a pattern");
     assert_eq!(drawn.pattern.pieces.len(), 2);
     let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]].map(DVec2::from_array);
     assert_points(&drawn.pattern.pieces[0].outline.points, &square, 1e-12);
@@ -390,7 +433,7 @@ fn pieces_that_are_flattened_apart_are_laid_side_by_side() {
     for p in [4, 5, 6, 7] {
         partial[p] = DVec2::NAN;
     }
-    let drawn = draw(&DrawInput { flat: &partial, ..input }).expect("a pattern");
+    let drawn = draw(&DrawInput { flat: &partial, ..input }, &Unobserved).expect("a pattern");
     assert_eq!((drawn.pattern.pieces.len(), drawn.boundary.len()), (1, 1));
     assert!(drawn.transform.apply(&partial).iter().take(4).all(|p| p.is_finite()));
 }
@@ -414,16 +457,22 @@ fn a_curve_beside_the_chords_of_a_trimmed_mesh_is_drawn_and_not_the_chords() {
     };
     let loops = vec![nurbs(circle2(DVec2::new(0.5, 0.5), 0.3))];
     let trims = TrimmedSurface { surface: surface.clone(), loops, side: Side::Normal }.check().expect("a circle");
-    let drawn = draw(&DrawInput {
-        surface: &surface,
-        side: Side::Normal,
-        trims: &trims,
-        lifted: &lifted,
-        flat: &flat,
-        part: &[true; 12],
-        placement: &Placement::default(),
-        curve_tolerance_mm: Some(1e-3),
-    })
+    let (topology, locator) = (Topology::new(&lifted.mesh).expect("a mesh"), locator(&lifted));
+    let drawn = draw(
+        &DrawInput {
+            surface: &surface,
+            side: Side::Normal,
+            trims: &trims,
+            lifted: &lifted,
+            topology: &topology,
+            locator: &locator,
+            flat: &flat,
+            part: &[true; 12],
+            placement: &Placement::default(),
+            curve_tolerance_mm: Some(1e-3),
+        },
+        &Unobserved,
+    )
     .expect("a pattern");
     assert!((drawn.report.area_mm2 / (PI * 900.0) - 1.0).abs() < 1e-4, "{}", drawn.report.area_mm2);
     assert!((drawn.boundary[0].length_2d_mm / (60.0 * PI) - 1.0).abs() < 1e-7);
@@ -474,7 +523,7 @@ proptest! {
         let region = trims.polygonise(&trimmed.surface, 1e-6).expect("a polygon");
         let lines = GridLines::uniform(trimmed.surface.domain(), m, n);
         let lifted = lift(&trimmed.surface, grid_mesh(&lines, Configuration::Diamond, 0), &lines);
-        let part = triangles_of_part(&lifted, &region);
+        let part = part_of(&lifted, &region);
         let polygon = &region.loops[0].points;
         for (t, corners) in lifted.domain.triangles.iter().enumerate() {
             let [a, b, c] = corners.map(|k| lifted.domain.uv[k as usize]);
@@ -526,17 +575,23 @@ fn every_real_face_is_drawn_through_a_known_map_of_its_domain() {
         let flat: Vec<DVec2> = uv.iter().map(|&p| p * scale).collect();
         let trims = face.check().unwrap_or_else(|e| panic!("{name}: {e:?}"));
         let region = trims.polygonise(surface, 1e-5 * size).expect("loops that do");
-        let part = triangles_of_part(&lifted, &region);
-        let drawn = draw(&DrawInput {
-            surface,
-            side: face.side,
-            trims: &trims,
-            lifted: &lifted,
-            flat: &flat,
-            part: &part,
-            placement: &Placement::default(),
-            curve_tolerance_mm: Some(1e-5 * size),
-        })
+        let part = part_of(&lifted, &region);
+        let (topology, locator) = (Topology::new(&lifted.mesh).expect("a mesh"), locator(&lifted));
+        let drawn = draw(
+            &DrawInput {
+                surface,
+                side: face.side,
+                trims: &trims,
+                lifted: &lifted,
+                topology: &topology,
+                locator: &locator,
+                flat: &flat,
+                part: &part,
+                placement: &Placement::default(),
+                curve_tolerance_mm: Some(1e-5 * size),
+            },
+            &Unobserved,
+        )
         .unwrap_or_else(|e| panic!("{name}: {e}"));
         let outer = region.loops.iter().filter(|l| l.depth % 2 == 0).count();
         assert_eq!(drawn.pattern.pieces.len(), outer, "{name}");

@@ -18,7 +18,7 @@ use super::distortion::{self, DistortionReport, Report};
 use super::error::EngineError;
 use super::job::{JobKind, JobOptions};
 use super::mesh::Mesh;
-use super::pattern::{self, DrawInput, Pattern};
+use super::pattern::{self, DrawInput, Locator, Pattern};
 use super::trimming::TrimmedSurface;
 use centred::Centred;
 use meshed::Meshed;
@@ -106,10 +106,11 @@ fn flatten(
     centred: &Centred,
     observer: &dyn Observer,
 ) -> Result<Outcome, Failure> {
+    let locator = Locator::new(&meshed.lifted.domain, observer)?;
     let inside = if meshed.of_part {
         vec![true; meshed.lifted.mesh.triangles.len()]
     } else {
-        pattern::triangles_of_part(&meshed.lifted, &meshed.region)
+        pattern::triangles_of_part(&meshed.lifted, &locator, &meshed.region, observer)?
     };
     let part = Some(inside.as_slice()).filter(|inside| inside.contains(&false));
     let laid = flattened::flatten(meshed, options, centred, part, observer).map_err(|stopped| {
@@ -126,16 +127,20 @@ fn flatten(
     })?;
     observer.enter(Stage::Pattern);
     observer.check()?;
-    let drawn = pattern::draw(&DrawInput {
+    let input = DrawInput {
         surface: &centred.part.surface,
         side: centred.part.side,
         trims: &meshed.trims,
         lifted: &meshed.lifted,
+        topology: &meshed.topology,
+        locator: &locator,
         flat: &laid.flat,
         part: &inside,
         placement: &options.placement,
         curve_tolerance_mm: Some(meshed.curve_tolerance),
-    })?;
+    };
+    let drawn = pattern::draw(&input, observer)?;
+    drop(locator);
     let flat = drawn.transform.apply(&laid.flat);
     observer.check()?;
     let mesh = &meshed.lifted.mesh;
