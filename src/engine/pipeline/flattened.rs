@@ -72,10 +72,17 @@ pub(super) fn flatten(
     };
     let several = all.len() > 1;
     for (number, piece) in all.iter().enumerate() {
-        let topology = Topology::new(&piece.mesh).map_err(|e| EngineError::from(FlatteningError::from(e)))?;
+        observer.check()?;
+        let own_topology;
+        let topology = if several {
+            own_topology = Topology::new(&piece.mesh).map_err(|e| EngineError::from(FlatteningError::from(e)))?;
+            &own_topology
+        } else {
+            &meshed.topology
+        };
         // A seed that names a triangle belongs to one piece; the others take the default.
         let own = named.and_then(|seed| piece.triangle_of.binary_search(&seed).ok()).map(|seed| seed as u32);
-        let job = PieceJob { piece, topology: &topology, options, part, seed: own, first: number == 0 };
+        let job = PieceJob { piece, topology, options, part, seed: own, first: number == 0 };
         let (flat, error) = job.flatten(observer, &mut laid)?;
         if let Some(error) = error {
             if several && options.skip_bad_pieces {

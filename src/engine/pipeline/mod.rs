@@ -76,7 +76,10 @@ pub fn run(
     let centred = Centred::new(surface);
     let meshed = Meshed::new(kind, &centred, options, observer).map_err(|error| centred.failure_back(error.into()))?;
     match kind {
-        JobKind::Triangulate => Ok(centred.outcome_back(triangulated(&meshed))),
+        JobKind::Triangulate => match triangulated(&meshed, observer) {
+            Ok(outcome) => Ok(centred.outcome_back(outcome)),
+            Err(error) => Err(error.into()),
+        },
         JobKind::Flatten => match flatten(&meshed, options, &centred, observer) {
             Ok(outcome) => Ok(centred.outcome_back(outcome)),
             Err(failure) => Err(centred.failure_back(failure)),
@@ -85,18 +88,18 @@ pub fn run(
 }
 
 /// The outcome of a job that ends with the mesh.
-fn triangulated(meshed: &Meshed) -> Outcome {
-    Outcome {
+fn triangulated(meshed: &Meshed, observer: &dyn Observer) -> Result<Outcome, EngineError> {
+    Ok(Outcome {
         mesh: meshed.lifted.mesh.clone(),
         normals: meshed.lifted.normals.clone(),
         report: Report {
-            triangulation: reports::triangulation(meshed),
+            triangulation: reports::triangulation(meshed, observer)?,
             warnings: meshed.warnings(),
             ..Report::default()
         },
         options: meshed.options.clone(),
         ..Outcome::default()
-    }
+    })
 }
 
 /// The outcome of a job that goes on to the pattern.
@@ -114,14 +117,15 @@ fn flatten(
     };
     let part = Some(inside.as_slice()).filter(|inside| inside.contains(&false));
     let laid = flattened::flatten(meshed, options, centred, part, observer).map_err(|stopped| {
-        let partial = stopped.partial.map(|laid| {
-            let mut outcome = triangulated(meshed);
+        let partial = stopped.partial.and_then(|laid| {
+            // Nobody reads what there is of a job that was cancelled meanwhile.
+            let mut outcome = triangulated(meshed, observer).ok()?;
             outcome.strain_percent = Some(reports::strains(&meshed.lifted.mesh, &laid.flat));
             outcome.report.flattening = Some(reports::flattening(&meshed.lifted.mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
             outcome.options.flattening.seed = laid.seed_choice;
             outcome.flat = Some(laid.flat);
-            Box::new(outcome)
+            Some(Box::new(outcome))
         });
         Failure { error: stopped.error, partial }
     })?;
@@ -145,7 +149,9 @@ fn flatten(
     observer.check()?;
     let mesh = &meshed.lifted.mesh;
     let measures = distortion::measure(mesh, &meshed.topology, &flat, part, options.thresholds);
+    observer.check()?;
     let base = part.map(|_| distortion::measure(mesh, &meshed.topology, &flat, None, options.thresholds));
+    observer.check()?;
     let verdict = distortion::verdict(&options.limits, &measures, &drawn.boundary);
     let mut warnings = meshed.warnings();
     warnings.extend(laid.warnings.iter().cloned());
@@ -157,7 +163,7 @@ fn flatten(
         normals: meshed.lifted.normals.clone(),
         strain_percent: Some(reports::strains(mesh, &flat)),
         report: Report {
-            triangulation: reports::triangulation(meshed),
+            triangulation: reports::triangulation(meshed, observer)?,
             flattening: Some(reports::flattening(mesh, &laid, options)),
             seed_search: laid.search,
             placement: Some(drawn.placement),

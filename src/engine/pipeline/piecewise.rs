@@ -1,5 +1,7 @@
 //! Pieces that touch at a vertex only: the vertex is split, so that each piece can lie flat by itself.
 
+use std::collections::BTreeMap;
+
 use crate::engine::mesh::Topology;
 use crate::engine::triangulation::Lifted;
 
@@ -15,7 +17,8 @@ pub(super) fn split_touching(mut lifted: Lifted) -> Lifted {
     let pieces = topology.piece_of();
     // The first piece that uses a vertex keeps it; each further one gets a copy.
     let mut owner = vec![NOBODY; lifted.mesh.positions.len()];
-    let mut copies: Vec<(u32, u32, u32)> = Vec::new();
+    // The copy of a vertex for a piece.
+    let mut copies: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     for (t, &piece) in pieces.iter().enumerate() {
         for corner in 0..3 {
             let v = lifted.mesh.triangles[t][corner];
@@ -25,8 +28,7 @@ pub(super) fn split_touching(mut lifted: Lifted) -> Lifted {
             if owner[v as usize] == piece {
                 continue;
             }
-            let known = copies.iter().find(|(of, by, _)| (*of, *by) == (v, piece)).map(|(_, _, copy)| *copy);
-            let copy = known.unwrap_or_else(|| {
+            let copy = *copies.entry((v, piece)).or_insert_with(|| {
                 let copy = lifted.mesh.positions.len() as u32;
                 lifted.mesh.positions.push(lifted.mesh.positions[v as usize]);
                 lifted.normals.push(lifted.normals[v as usize]);
@@ -34,7 +36,6 @@ pub(super) fn split_touching(mut lifted: Lifted) -> Lifted {
                     uv.push(uv[v as usize]);
                 }
                 owner.push(piece);
-                copies.push((v, piece, copy));
                 copy
             });
             lifted.mesh.triangles[t][corner] = copy;
@@ -47,8 +48,8 @@ pub(super) fn split_touching(mut lifted: Lifted) -> Lifted {
 }
 
 /// Gives the domain's triangles their own copies too, so that places in (u, v) lead to the right piece.
-fn follow_in_the_domain(lifted: &mut Lifted, pieces: &[u32], copies: &[(u32, u32, u32)]) {
-    let mut made: Vec<(u32, u32, u32)> = Vec::new();
+fn follow_in_the_domain(lifted: &mut Lifted, pieces: &[u32], copies: &BTreeMap<(u32, u32), u32>) {
+    let mut made: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     for t in 0..lifted.domain.triangles.len() {
         let image = lifted.triangle_of[t];
         if image == u32::MAX {
@@ -58,13 +59,11 @@ fn follow_in_the_domain(lifted: &mut Lifted, pieces: &[u32], copies: &[(u32, u32
         for corner in 0..3 {
             let d = lifted.domain.triangles[t][corner];
             let v = lifted.vertex_of[d as usize];
-            let Some((_, _, copy)) = copies.iter().find(|(of, by, _)| (*of, *by) == (v, piece)) else { continue };
-            let own = made.iter().find(|(of, by, _)| (*of, *by) == (d, piece)).map(|(_, _, own)| *own);
-            let own = own.unwrap_or_else(|| {
+            let Some(&copy) = copies.get(&(v, piece)) else { continue };
+            let own = *made.entry((d, piece)).or_insert_with(|| {
                 let own = lifted.domain.uv.len() as u32;
                 lifted.domain.uv.push(lifted.domain.uv[d as usize]);
-                lifted.vertex_of.push(*copy);
-                made.push((d, piece, own));
+                lifted.vertex_of.push(copy);
                 own
             });
             lifted.domain.triangles[t][corner] = own;

@@ -4,22 +4,27 @@ use glam::DVec2;
 
 use super::flattened::Laid;
 use super::meshed::Meshed;
+use crate::engine::budget::Observer;
 use crate::engine::distortion::{self, AspectRatio, FlatteningReport, TriangulationReport};
+use crate::engine::error::EngineError;
 use crate::engine::flattening::{FlatteningDomain, FlatteningMethod};
 use crate::engine::job::JobOptions;
 use crate::engine::mesh::{Mesh, measures};
-use crate::engine::triangulation::{sampled_chord_error, trimmed_area};
+use crate::engine::triangulation::{observed_chord_error, trimmed_area};
 
 /// The mesh.
-pub(super) fn triangulation(meshed: &Meshed) -> TriangulationReport {
+///
+/// # Errors
+/// [`EngineError::Cancelled`] when the observer asks for it.
+pub(super) fn triangulation(meshed: &Meshed, observer: &dyn Observer) -> Result<TriangulationReport, EngineError> {
     let (mesh, topology) = (&meshed.lifted.mesh, &meshed.topology);
-    TriangulationReport {
+    Ok(TriangulationReport {
         vertices: mesh.positions.len() as u64,
         edges: topology.edge_count() as u64,
         triangles: mesh.triangles.len() as u64,
         area_mm2: measures::total_area(mesh),
-        surface_area_mm2: trimmed_area(meshed.surface, &meshed.lifted.domain),
-        chord_error_mm: sampled_chord_error(meshed.surface, &meshed.lifted),
+        surface_area_mm2: trimmed_area(meshed.surface, &meshed.lifted.domain, observer)?,
+        chord_error_mm: observed_chord_error(meshed.surface, &meshed.lifted, observer)?,
         edge_max_mm: measures::edge_lengths(mesh, topology).into_iter().fold(0.0, f64::max),
         grid: [meshed.lines.u.len() as u32, meshed.lines.v.len() as u32],
         cells: meshed.counts.cells,
@@ -28,7 +33,7 @@ pub(super) fn triangulation(meshed: &Meshed) -> TriangulationReport {
         borders: topology.border_count() as u64,
         pieces: topology.piece_count() as u64,
         aspect_ratio: AspectRatio::of(mesh),
-    }
+    })
 }
 
 /// The flattening.

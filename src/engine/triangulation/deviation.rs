@@ -11,6 +11,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Lifted;
+use crate::engine::budget::{Observer, Unobserved};
+use crate::engine::error::EngineError;
 use crate::engine::nurbs::Surface;
 
 /// The samples, as weights of the corners.
@@ -34,10 +36,28 @@ const CHUNK: usize = 2048;
 /// The greatest sampled distance between the mesh and the surface, millimetres. Zero for an empty mesh.
 #[must_use]
 pub fn sampled_chord_error(surface: &Surface, lifted: &Lifted) -> f64 {
+    greatest_distance(surface, lifted, &Unobserved)
+}
+
+/// The same, and it stops within a chunk of triangles when it is no longer wanted.
+///
+/// # Errors
+/// [`EngineError::Cancelled`] when the observer asks for it.
+pub fn observed_chord_error(surface: &Surface, lifted: &Lifted, observer: &dyn Observer) -> Result<f64, EngineError> {
+    let greatest = greatest_distance(surface, lifted, observer);
+    observer.check()?;
+    Ok(greatest)
+}
+
+/// The greatest sampled distance; of less than the whole mesh when the observer cancels.
+fn greatest_distance(surface: &Surface, lifted: &Lifted, observer: &dyn Observer) -> f64 {
     let chunks = lifted.domain.triangles.par_chunks(CHUNK).enumerate();
     chunks
         .map(|(chunk, triangles)| {
             let mut greatest = 0.0_f64;
+            if observer.is_cancelled() {
+                return greatest;
+            }
             for (k, triangle) in triangles.iter().enumerate() {
                 // A triangle that vanished at a pole has no image.
                 if lifted.triangle_of.get(chunk * CHUNK + k).is_some_and(|t| *t == u32::MAX) {

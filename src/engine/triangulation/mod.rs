@@ -14,7 +14,7 @@ mod surface_area;
 mod tracing;
 
 pub use conformity::{DomainFault, check_domain_mesh, region_area};
-pub use deviation::sampled_chord_error;
+pub use deviation::{observed_chord_error, sampled_chord_error};
 pub use error::TriangulationError;
 pub use grid::grid_mesh;
 pub use lift::lift;

@@ -10,6 +10,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::DomainMesh;
+use crate::engine::budget::Observer;
+use crate::engine::error::EngineError;
 use crate::engine::nurbs::Surface;
 
 /// Difference of the two rules, as a share of the whole area, up to which the better one is taken. Its own error is then
@@ -30,13 +32,20 @@ const CHUNK: usize = 1024;
 type Corners = [DVec2; 3];
 
 /// Area of the surface over the triangles of the domain, mm^2.
-#[must_use]
-pub fn trimmed_area(surface: &Surface, domain: &DomainMesh) -> f64 {
+///
+/// # Errors
+/// [`EngineError::Cancelled`] when the observer asks for it.
+pub fn trimmed_area(surface: &Surface, domain: &DomainMesh, observer: &dyn Observer) -> Result<f64, EngineError> {
     let mut level: Vec<Corners> = domain.triangles.iter().map(|t| t.map(|c| domain.uv[c as usize])).collect();
     let (mut area, mut allowed) = (0.0, None);
     for depth in 0..=LEVELS {
-        let found: Vec<[f64; 2]> =
-            level.par_chunks(CHUNK).flat_map_iter(|chunk| chunk.iter().map(|&t| over(surface, t))).collect();
+        // Once it is cancelled, what is left of the level has no triangles to go through.
+        let wanted = |chunk: &[Corners]| if observer.is_cancelled() { 0 } else { chunk.len() };
+        let found: Vec<[f64; 2]> = level
+            .par_chunks(CHUNK)
+            .flat_map_iter(|chunk| chunk[..wanted(chunk)].iter().map(|&t| over(surface, t)))
+            .collect();
+        observer.check()?;
         let whole = *allowed.get_or_insert_with(|| AGREEMENT * found.iter().map(|[_, seven]| seven).sum::<f64>());
         let least = if depth == LEVELS { f64::INFINITY } else { refined_from(&found, whole) };
         let mut next = Vec::new();
@@ -52,7 +61,7 @@ pub fn trimmed_area(surface: &Surface, domain: &DomainMesh) -> f64 {
         }
         level = next;
     }
-    area
+    Ok(area)
 }
 
 /// The difference above which a triangle is quartered: what is allowed, or more when too many are beyond that.
@@ -103,6 +112,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::engine::budget::Unobserved;
     use crate::engine::nurbs::shapes;
     use crate::engine::triangulation::{Configuration, GridLines, grid_mesh};
 
@@ -110,7 +120,9 @@ mod tests {
         trimmed_area(
             surface,
             &grid_mesh(&GridLines::uniform(surface.domain(), points, points), Configuration::Regular, 0),
+            &Unobserved,
         )
+        .unwrap()
     }
 
     #[test]
