@@ -44,8 +44,10 @@ pub enum SetValue {
     Number(f64),
     /// A word.
     Text(String),
-    /// A list of numbers, such as a grid.
-    Numbers(Vec<f64>),
+    /// A list of whole numbers, such as a grid.
+    Integers(Vec<u32>),
+    /// The setting is taken away (`null`): it contradicts another one that is set.
+    Nothing,
 }
 
 /// Something to try, in words and as settings that a plugin can put on a button.
@@ -70,6 +72,13 @@ impl Remedy {
     pub fn with(mut self, name: &str, value: SetValue) -> Self {
         self.set.insert(name.to_owned(), value);
         self
+    }
+
+    /// A remedy that makes the mesh coarser: a uniform grid in place of whatever density was asked for.
+    pub(super) fn coarser(text: &str, grid: [u32; 2]) -> Self {
+        Self::say(text)
+            .with("triangulation.grid", SetValue::Integers(grid.to_vec()))
+            .with("triangulation.tolerance", SetValue::Nothing)
     }
 }
 
@@ -141,6 +150,60 @@ impl Located for EngineError {
             Self::Trimming(e) => e.remedies(),
             Self::Triangulation(e) => e.remedies(),
             Self::Flattening(e) => e.remedies(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::engine::flattening::FlatteningError;
+    use crate::engine::job::JobOptions;
+    use crate::engine::triangulation::TriangulationError;
+
+    /// The job with one setting changed.
+    fn assigned(mut job: Value, name: &str, value: &SetValue) -> Value {
+        let mut at = &mut job;
+        for step in name.split('.') {
+            at = &mut at[step];
+        }
+        *at = serde_json::to_value(value).unwrap();
+        job
+    }
+
+    #[test]
+    fn the_settings_of_every_remedy_make_a_job_that_can_be_read_and_has_one_density() {
+        let place = Box::new(Place::default());
+        let flipped = FlatteningError::Flipped { triangle: 7, level: 2, seed: 0, flattened: 6, total: 9, place };
+        let errors = [
+            EngineError::from(flipped.clone()),
+            FlatteningError::NoSeed { tried: 9, furthest: Box::new(flipped) }.into(),
+            FlatteningError::SeedOutOfRange { seed: 10, triangles: 9 }.into(),
+            FlatteningError::SeedNotFound.into(),
+            TriangulationError::TooManyTriangles { estimate: 5_000_000, limit: 4_000_000 }.into(),
+        ];
+        for error in errors {
+            let with_settings: Vec<Remedy> = error.remedies().into_iter().filter(|r| !r.set.is_empty()).collect();
+            assert!(!with_settings.is_empty(), "{error}");
+            for remedy in with_settings {
+                for density in [json!({ "tolerance": { "chord": 0.01 } }), json!({ "grid": [900, 900] })] {
+                    let job = json!({ "triangulation": density, "flattening": { "seed": 3 } });
+                    let job = remedy.set.iter().fold(job, |job, (name, value)| assigned(job, name, value));
+                    let read: JobOptions = serde_json::from_value(job.clone()).unwrap_or_else(|e| panic!("{job}: {e}"));
+                    let asked = &read.triangulation;
+                    assert!(asked.grid.is_none() || asked.tolerance.is_none(), "{job}");
+                    assert_ne!(
+                        read,
+                        JobOptions::deserialize(json!({ "triangulation": density, "flattening": { "seed": 3 } }))
+                            .unwrap(),
+                        "a remedy changes the job"
+                    );
+                }
+                let stored = serde_json::to_value(&remedy).unwrap();
+                assert_eq!(serde_json::from_value::<Remedy>(stored).unwrap(), remedy);
+            }
         }
     }
 }

@@ -57,6 +57,9 @@ pub enum FlatteningError {
     Mesh(#[from] MeshFault),
 }
 
+/// What helps most flattenings that fail.
+const COARSER: &str = "Flatten a coarser mesh: sequential flattening fails on dense ones.";
+
 impl Located for FlatteningError {
     fn code(&self) -> &'static str {
         match self {
@@ -82,12 +85,10 @@ impl Located for FlatteningError {
         match self {
             Self::Flipped { .. } => vec![
                 Remedy::say("Let every seed be tried.").with("flattening.seed", SetValue::Text("optimum".into())),
-                Remedy::say("Flatten a coarser mesh: sequential flattening fails on dense ones.")
-                    .with("triangulation.grid", SetValue::Numbers(vec![30.0, 30.0])),
+                Remedy::coarser(COARSER, [30, 30]),
             ],
             Self::NoSeed { .. } => vec![
-                Remedy::say("Flatten a coarser mesh: sequential flattening fails on dense ones.")
-                    .with("triangulation.grid", SetValue::Numbers(vec![20.0, 20.0])),
+                Remedy::coarser(COARSER, [20, 20]),
                 Remedy::say("Divide the part: this much curvature cannot lie flat without great distortion."),
             ],
             Self::SeedOutOfRange { .. } | Self::SeedNotFound => vec![

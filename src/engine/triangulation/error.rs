@@ -1,6 +1,6 @@
 //! Why a domain could not be triangulated as asked.
 
-use crate::engine::error::{Located, Place, Remedy, SetValue};
+use crate::engine::error::{Located, Place, Remedy};
 
 /// Why there is no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -43,9 +43,7 @@ impl Located for TriangulationError {
 
     fn remedies(&self) -> Vec<Remedy> {
         match self {
-            Self::TooManyTriangles { .. } => vec![
-                Remedy::say("Ask for a coarser mesh.").with("triangulation.grid", SetValue::Numbers(vec![60.0, 60.0])),
-            ],
+            Self::TooManyTriangles { .. } => vec![Remedy::coarser("Ask for a coarser mesh.", [60, 60])],
             _ => Vec::new(),
         }
     }
