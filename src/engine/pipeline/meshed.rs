@@ -24,6 +24,8 @@ pub const DEFAULT_CHORD_RELATIVE: f64 = 1e-3;
 pub const CADER_TRIANGLES: (u64, u64) = (200, 7000);
 /// The share of an area tolerance that the polygonised boundary may use up; the rest is the curvature's.
 const BOUNDARY_SHARE_OF_AREA: f64 = 0.25;
+/// Relative accuracy of the surface's area where it only decides how finely loops are followed.
+const ROUGH_AREA: f64 = 1e-3;
 /// Points along each direction that a grid may have.
 pub(super) const MAX_GRID: u32 = 4096;
 
@@ -169,7 +171,7 @@ fn boundary_tolerance(options: &JobOptions, surface: &Surface, coarse: &TrimRegi
         Some(Density::Chord(tolerance)) => tolerance,
         Some(Density::ChordRelative(share)) => share * diagonal,
         Some(Density::Area(area)) => of_area(area),
-        Some(Density::AreaRelative(share)) => of_area(share * surface.area(1e-3)),
+        Some(Density::AreaRelative(share)) => of_area(share * surface.area(ROUGH_AREA)),
         Some(Density::Edge(_)) | None => default,
     }
 }

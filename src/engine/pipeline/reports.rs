@@ -10,7 +10,7 @@ use crate::engine::error::EngineError;
 use crate::engine::flattening::{FlatteningDomain, FlatteningMethod};
 use crate::engine::job::JobOptions;
 use crate::engine::mesh::{Mesh, measures};
-use crate::engine::triangulation::{observed_chord_error, trimmed_area};
+use crate::engine::triangulation::{observed_area, observed_chord_error};
 
 /// The mesh.
 ///
@@ -23,7 +23,7 @@ pub(super) fn triangulation(meshed: &Meshed, observer: &dyn Observer) -> Result<
         edges: topology.edge_count() as u64,
         triangles: mesh.triangles.len() as u64,
         area_mm2: measures::total_area(mesh),
-        surface_area_mm2: trimmed_area(meshed.surface, &meshed.lifted.domain, observer)?,
+        surface_area_mm2: observed_area(meshed.surface, &meshed.lifted.domain, observer)?,
         chord_error_mm: observed_chord_error(meshed.surface, &meshed.lifted, observer)?,
         edge_max_mm: measures::edge_lengths(mesh, topology).into_iter().fold(0.0, f64::max),
         grid: [meshed.lines.u.len() as u32, meshed.lines.v.len() as u32],

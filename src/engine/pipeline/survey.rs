@@ -52,6 +52,6 @@ pub fn survey(surface: &TrimmedSurface, trims: &CheckedTrims) -> Result<Survey, 
     Ok(Survey {
         bounding_box: [low + centred.offset, high + centred.offset],
         diagonal,
-        area: trimmed_area(base, &domain, &Unobserved)?,
+        area: trimmed_area(base, &domain),
     })
 }

@@ -31,6 +31,10 @@ pub(in crate::engine::trimming) struct Touch {
     pub(in crate::engine::trimming) uv: DVec2,
 }
 
+/// A piece is not split nearer to its ends than this part of it: what was left would be shorter than its coordinates'
+/// rounding can tell. Larger would leave touches without a common end.
+const SHORTEST: f64 = 1e-12;
+
 /// Gives the curves a common end of pieces at every touch. Ends no farther from it than `near` are moved there.
 ///
 /// True when something was changed.
@@ -48,10 +52,13 @@ pub(in crate::engine::trimming) fn weld(trims: &mut CheckedTrims, touches: &[Tou
                     move_ends(trims, spot.index, old, touch.uv);
                     changed = true;
                 }
-            } else if let s @ 1e-12..=0.999_999_999_999 = piece.own(spot.t) {
-                trims.pieces.split(k, s, touch.uv);
-                make_room(trims, k);
-                changed = true;
+            } else {
+                let s = piece.own(spot.t);
+                if (SHORTEST..=1.0 - SHORTEST).contains(&s) {
+                    trims.pieces.split(k, s, touch.uv);
+                    make_room(trims, k);
+                    changed = true;
+                }
             }
         }
     }
