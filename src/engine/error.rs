@@ -23,7 +23,7 @@ pub struct Place {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uv: Option<[f64; 2]>,
     /// Place in space, millimetres.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "xyz", skip_serializing_if = "Option::is_none")]
     pub xyz_mm: Option<[f64; 3]>,
     /// Place in the flat pattern, millimetres.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -2,7 +2,7 @@
 
 use crate::engine::budget::{Observer, Stage};
 use crate::engine::error::EngineError;
-use crate::engine::flattening::{FlatteningDomain, FlatteningMethod};
+use crate::engine::flattening::{FlatteningDomain, FlatteningError, FlatteningMethod};
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::mesh::Topology;
 use crate::engine::nurbs::Surface;
@@ -102,12 +102,13 @@ impl<'a> Meshed<'a> {
             (grid_mesh(&lines, configuration, phase), counts)
         };
         observer.check()?;
-        let lifted = piecewise::split_touching(lift(surface, domain, &lines));
+        let lifted = lift(surface, domain, &lines);
         observer.check()?;
         if lifted.mesh.triangles.is_empty() {
             return Err(TriangulationError::NoArea.into());
         }
-        let topology = Topology::new(&lifted.mesh).map_err(crate::engine::flattening::FlatteningError::from)?;
+        let (lifted, topology) = piecewise::split_touching(lifted).map_err(FlatteningError::from)?;
+        observer.check()?;
         let curve_tolerance = options.curve_tolerance_mm.unwrap_or(DEFAULT_CURVE_TOLERANCE * diagonal);
         Ok(Self { surface, trims, region, lines, counts, lifted, topology, curve_tolerance, options: filled, of_part })
     }

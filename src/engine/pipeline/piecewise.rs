@@ -2,17 +2,21 @@
 
 use std::collections::BTreeMap;
 
-use crate::engine::mesh::Topology;
+use crate::engine::mesh::{MeshFault, Topology};
 use crate::engine::triangulation::Lifted;
 
 /// No piece yet.
 const NOBODY: u32 = u32::MAX;
 
-/// Splits the vertices that several pieces share. A mesh whose pieces do not touch comes back as it was.
-pub(super) fn split_touching(mut lifted: Lifted) -> Lifted {
-    let Ok(topology) = Topology::new(&lifted.mesh) else { return lifted };
+/// Splits the vertices that several pieces share, and gives the topology of what comes out. A mesh whose pieces do not
+/// touch comes back as it was.
+///
+/// # Errors
+/// As [`Topology::new`].
+pub(super) fn split_touching(mut lifted: Lifted) -> Result<(Lifted, Topology), MeshFault> {
+    let topology = Topology::new(&lifted.mesh)?;
     if topology.piece_count() < 2 {
-        return lifted;
+        return Ok((lifted, topology));
     }
     let pieces = topology.piece_of();
     // The first piece that uses a vertex keeps it; each further one gets a copy.
@@ -41,10 +45,12 @@ pub(super) fn split_touching(mut lifted: Lifted) -> Lifted {
             lifted.mesh.triangles[t][corner] = copy;
         }
     }
-    if !copies.is_empty() {
-        follow_in_the_domain(&mut lifted, pieces, &copies);
+    if copies.is_empty() {
+        return Ok((lifted, topology));
     }
-    lifted
+    follow_in_the_domain(&mut lifted, pieces, &copies);
+    let topology = Topology::new(&lifted.mesh)?;
+    Ok((lifted, topology))
 }
 
 /// Gives the domain's triangles their own copies too, so that places in (u, v) lead to the right piece.

@@ -18,6 +18,10 @@ const AREA_CHORD: f64 = 1e-3;
 /// [`AREA_CHORD`] that would be more than a hundredth of a narrow part, at this it is below a thousandth.
 const LOOP_CHORD: f64 = 1e-5;
 
+/// A part that needs more triangles than this at [`AREA_CHORD`] is not measured: it would cost the answer to whoever
+/// sends a surface seconds and hundreds of megabytes. Parts as people send them need hundreds to some ten thousand.
+const MOST_TRIANGLES: u64 = 500_000;
+
 /// What a survey found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Survey {
@@ -45,7 +49,7 @@ pub fn survey(surface: &TrimmedSurface, trims: &CheckedTrims) -> Result<Survey, 
         diagonal,
         density: Density::ChordRelative(AREA_CHORD),
         configuration: Configuration::Regular,
-        limits: DensityLimits::default(),
+        limits: DensityLimits { max_triangles: MOST_TRIANGLES, ..DensityLimits::default() },
     };
     let lines = density::plan(&input, &Unobserved)?;
     let domain = trace(&lines, &region, &Unobserved)?.triangulate(Configuration::Regular, 0)?;

@@ -1,6 +1,7 @@
 //! Closed forms through the whole pipeline: what is developable comes out with its true lengths.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DVec2, DVec3};
 
@@ -219,4 +220,61 @@ fn a_cancelled_job_stops_at_once() {
     let surface = part(cylinder(10.0, 30.0), Vec::new());
     let failure = run(JobKind::Flatten, &surface, &JobOptions::default(), &Stop).unwrap_err();
     assert_eq!(failure.error, EngineError::Cancelled);
+}
+
+/// Counts the questions whether to go on, and says no from the n-th on.
+struct StopsAt {
+    question: usize,
+    asked: AtomicUsize,
+}
+
+impl StopsAt {
+    const fn new(question: usize) -> Self {
+        Self { question, asked: AtomicUsize::new(0) }
+    }
+}
+
+impl Observer for StopsAt {
+    fn is_cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed) >= self.question
+    }
+}
+
+#[test]
+fn a_job_that_is_cancelled_at_any_question_ends_cancelled_and_not_failed() {
+    let surface = with_a_hole(cylinder(10.0, 30.0));
+    for domain in [FlatteningDomain::Base, FlatteningDomain::Trimmed] {
+        let mut options = JobOptions::default();
+        options.flattening.domain = domain;
+        options.triangulation.grid = Some([9, 7]);
+        for kind in [JobKind::Triangulate, JobKind::Flatten] {
+            let patient = StopsAt::new(usize::MAX);
+            run(kind, &surface, &options, &patient).unwrap();
+            let questions = patient.asked.into_inner();
+            assert!(questions > 5, "{questions}");
+            for question in 0..questions {
+                let failure = run(kind, &surface, &options, &StopsAt::new(question)).unwrap_err();
+                assert_eq!(failure, Failure::from(EngineError::Cancelled), "question {question} of {questions}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_same_job_gives_the_same_numbers_with_any_number_of_threads() {
+    let sphere = sphere(100.0);
+    let d = sphere.domain();
+    let at = |s: f64, t: f64| [d.u[0] + s * (d.u[1] - d.u[0]), d.v[0] + t * (d.v[1] - d.v[0])];
+    let cap = part(sphere, vec![rectangle(at(0.4, 0.42), at(0.52, 0.6)), rectangle(at(0.43, 0.47), at(0.46, 0.5))]);
+    let mut options = JobOptions::default();
+    options.flattening.domain = FlatteningDomain::Trimmed;
+    options.flattening.seed = Some(SeedChoice::Optimum);
+    options.triangulation.tolerance = Some(Density::ChordRelative(4e-4));
+    let outcomes = [1, 2, 8].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| flat(&cap, &options))
+    });
+    assert!(outcomes[0].mesh.triangles.len() > 300, "{}", outcomes[0].mesh.triangles.len());
+    assert!(outcomes[0].report.distortion.as_ref().unwrap().part.strain_percent.max > 0.1, "there is strain to sum");
+    assert!(outcomes[0] == outcomes[1] && outcomes[0] == outcomes[2]);
 }
