@@ -42,12 +42,12 @@ pub(super) fn follow(needs: &Needs, other: &[f64], along_u: bool) -> Vec<f64> {
     let across_steps: Vec<f64> = other.iter().map(|density| 1.0 / density).collect();
     for (i, row) in needs.patches.chunks_exact(needs.v.len()).enumerate() {
         for (j, n) in row.iter().enumerate() {
-            let (mine, across, own, cross, border) =
-                if along_u { (i, j, n.a, n.c, n.border_a) } else { (j, i, n.c, n.a, n.border_c) };
+            let (mine, across, own, cross, alone) =
+                if along_u { (i, j, n.a, n.c, n.alone_a()) } else { (j, i, n.c, n.a, n.alone_c()) };
             let (step, x) = (across_steps[across], steps[mine]);
             let left = (1.0 - n.k * cross * step * step).max(-SLACK);
             let left = if left < SLACK && left > -SLACK { SLACK } else { left };
-            let alone = own.max(border);
+            let alone = own.max(alone);
             if alone * x * x > 1.0 {
                 steps[mine] = 1.0 / alone.sqrt();
             }
@@ -89,7 +89,7 @@ pub(super) fn balance(needs: &Needs) -> Densities {
     for row in needs.patches.chunks_exact(stride) {
         for ((own, whole), n) in own.iter_mut().zip(&mut whole).zip(row) {
             *own = own.max(n.k * n.c);
-            *whole = whole.max(n.c).max(n.border_c);
+            *whole = whole.max(n.c).max(n.alone_c());
         }
     }
     for x in own.iter_mut().chain(&mut whole) {

@@ -188,7 +188,8 @@ impl<'a> Planner<'a> {
     }
 
     fn sample(&self, aim: Aim) -> Needs {
-        Needs::sample(self.input.surface, self.u.clone(), self.v.clone(), self.covered.clone(), aim, self.diagonals)
+        let (u, v, covered) = (self.u.clone(), self.v.clone(), self.covered.clone());
+        Needs::sample(self.input.surface, u, v, covered, aim, self.diagonals, self.input.diagonal)
     }
 
     /// Judges a grid's cells.
@@ -219,7 +220,7 @@ impl<'a> Planner<'a> {
                 // The needs foretell the use: it costs little to correct for that before the judge is asked.
                 let off = truth * foretold;
                 if off.is_finite() && !(FORETOLD..=1.0).contains(&off) {
-                    needs.tighten(off / AIMED);
+                    needs.correct(off / AIMED);
                     scale *= off / AIMED;
                     planned = self.settle(&needs)?;
                     foretold = foretell(&needs, &planned, scale);
@@ -239,7 +240,7 @@ impl<'a> Planner<'a> {
                 break;
             }
             let factor = if used > 0.0 { (used / AIMED).clamp(1e-2, 1e3) } else { 1e-2 };
-            needs.tighten(factor);
+            needs.correct(factor);
             scale *= factor;
         }
         best.ok_or_else(|| TriangulationError::NoArea.into())

@@ -6,6 +6,10 @@
 //!   constraint above with k = 1. For a surface that is quadratic over the triangle the greatest distance is known
 //!   exactly ([`quadratic_distance`]); k brings the bound down to it at the cell that is best for the patch alone.
 //!   On a saddle, where the two curvatures work against each other, that is up to half.
+//! - *Twist*: a ruled, twisted patch keeps any chord by division of one direction alone, but the normals of its long
+//!   triangles then stay wrong however many there are, and so does their area (Schwarz's lantern). So a step along v may
+//!   turn the normal about Sv by no more than an angle that shrinks with the tolerance, `dv^2 (n.Suv)^2 / |Su|^2 <=
+//!   angle^2`, and a step along u likewise ([`twist_need`]). Surfaces without twist do not notice.
 //! - *Edge*: the square of a cell's longest edge is `du^2 Su.Su + 2 du dv |Su.Sv| + dv^2 Sv.Sv`, which must stay below
 //!   `edge^2`: the same form.
 //!
@@ -50,9 +54,23 @@ pub(super) struct Need {
     pub border_a: f64,
     /// Of dv^2 alone, where one runs along v.
     pub border_c: f64,
+    /// Of du^2 alone, for the turning of the normal by twist. No part of the distance.
+    pub twist_a: f64,
+    /// Of dv^2 alone, likewise.
+    pub twist_c: f64,
 }
 
 impl Need {
+    /// What du^2 alone must meet beside the form.
+    pub(super) fn alone_a(&self) -> f64 {
+        self.border_a.max(self.twist_a)
+    }
+
+    /// What dv^2 alone must meet beside the form.
+    pub(super) fn alone_c(&self) -> f64 {
+        self.border_c.max(self.twist_c)
+    }
+
     /// What the steps use up of the allowance if the surface is quadratic over them: at most 1 is good.
     pub(super) fn used(&self, du: f64, dv: f64, diagonals: Diagonals) -> f64 {
         let p = self.a * du * du;
@@ -142,6 +160,32 @@ fn chord_need(d: &SurfaceDerivatives, tolerance: f64, diagonals: Diagonals) -> N
     Need { a: a.abs(), b: b.abs(), c: c.abs(), k, signs, ..Need::default() }
 }
 
+/// Turning of the normal by twist that one step may cause, as a multiple of what a step of full chord distance turns it by
+/// on a surface of the curvature `1 / diagonal`, or of the patch's own twist where that is more. Smaller values bring the
+/// area sooner to the surface's; below 0.7 they would divide patches whose cells are square already.
+const TWIST_TURN: f64 = 1.4;
+
+/// Needs of du^2 and of dv^2 that keep the turning of the normal by twist to an angle that vanishes with the tolerance.
+///
+/// With the twist per length `t = |n.Suv| / (|Su| |Sv|)` a step s turns the normal by `t s`. A chord of full distance turns
+/// the normal of a surface of curvature k by `sqrt(8 tolerance k)`; twist may do the same.
+fn twist_need(d: &SurfaceDerivatives, tolerance: f64, diagonal: f64) -> [f64; 2] {
+    let normal = d.su.cross(d.sv);
+    let (su, sv, length) = (d.su.length(), d.sv.length(), normal.length());
+    if length <= NORMAL_SHARE * su * sv {
+        return [0.0; 2];
+    }
+    let twist = normal.dot(d.suv).abs() / (length * su * sv);
+    let angle_squared = TWIST_TURN * TWIST_TURN * 8.0 * tolerance * twist.max(1.0 / diagonal);
+    // A part without size or an absurd tolerance asks for nothing here; the chord's need speaks for them.
+    let need = |speed: f64| {
+        let turned = twist * speed;
+        let need = turned * turned / angle_squared;
+        if need.is_finite() { need } else { 0.0 }
+    };
+    [need(su), need(sv)]
+}
+
 /// The need of a border along u, whose chords leave the curve `v = const` sideways, too.
 fn border_need(first: DVec3, second: DVec3, tolerance: f64) -> f64 {
     let length = first.length_squared();
@@ -160,7 +204,7 @@ fn edge_need(d: &SurfaceDerivatives, longest: f64, diagonals: Diagonals) -> Need
 }
 
 impl Needs {
-    /// Samples the surface in the middle of each covered patch.
+    /// Samples the surface in the middle of each covered patch; `diagonal` is the part's size, mm.
     pub(super) fn sample(
         surface: &Surface,
         u: Axis,
@@ -168,6 +212,7 @@ impl Needs {
         covered: Vec<Cover>,
         aim: Aim,
         diagonals: Diagonals,
+        diagonal: f64,
     ) -> Self {
         let mut patches = vec![Need::default(); covered.len()];
         let (mut speed_u, mut speed_v, mut count) = (0.0, 0.0, 0.0_f64);
@@ -188,6 +233,7 @@ impl Needs {
                 patches[i * along + j] = match aim {
                     Aim::Chord(tolerance) => {
                         let mut need = chord_need(d, tolerance, diagonals);
+                        [need.twist_a, need.twist_c] = twist_need(d, tolerance, diagonal);
                         if cover.border_u {
                             need.border_a = border_need(d.su, d.suu, tolerance);
                         }
@@ -276,12 +322,21 @@ impl Needs {
         greatest
     }
 
-    /// Multiplies all needs, as when the tolerance is divided by `factor`.
-    pub(super) fn tighten(&mut self, factor: f64) {
+    /// Multiplies what speaks of distance, as when it was found to be off by `factor`.
+    pub(super) fn correct(&mut self, factor: f64) {
         for n in &mut self.patches {
             for form in [&mut n.a, &mut n.b, &mut n.c, &mut n.border_a, &mut n.border_c] {
                 *form *= factor;
             }
+        }
+    }
+
+    /// Multiplies all needs, as when the tolerance is divided by `factor`.
+    pub(super) fn tighten(&mut self, factor: f64) {
+        self.correct(factor);
+        for n in &mut self.patches {
+            n.twist_a *= factor;
+            n.twist_c *= factor;
         }
     }
 }
