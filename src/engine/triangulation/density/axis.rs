@@ -13,6 +13,10 @@ const STRIPS_AIMED: usize = 10;
 /// Most strips in one knot span: a polynomial piece of moderate degree varies no more than this resolves.
 const STRIPS_PER_SPAN: usize = 8;
 
+/// Strips in one knot span of a degree above three, whose second derivative is curved within the span: its middle alone would
+/// tell nothing of its ends. Up to cubic it is at most linear, and the middle is its mean.
+const STRIPS_OF_HIGH_DEGREE: usize = 3;
+
 /// Most strips in one direction: a net of thousands of spans is sampled in some of them only.
 const STRIPS_MOST: usize = 96;
 
@@ -54,7 +58,8 @@ impl Axis {
         let edges = if spans > STRIPS_MOST {
             (0..=STRIPS_MOST).map(|k| cuts[k * spans / STRIPS_MOST]).collect()
         } else {
-            let aimed = if straight { 1 } else { STRIPS_AIMED.div_ceil(spans).clamp(1, STRIPS_PER_SPAN) };
+            let least = if degree > 3 { STRIPS_OF_HIGH_DEGREE.min(STRIPS_MOST / spans) } else { 1 };
+            let aimed = if straight { 1 } else { STRIPS_AIMED.div_ceil(spans).clamp(least, STRIPS_PER_SPAN) };
             let mut edges = Vec::with_capacity(spans * aimed + 1);
             for w in cuts.windows(2) {
                 edges.extend((0..aimed).map(|k| w[0] + (w[1] - w[0]) * k as f64 / aimed as f64));

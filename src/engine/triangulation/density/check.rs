@@ -9,9 +9,16 @@ use glam::DVec3;
 use super::needs::{Aim, Diagonals};
 use crate::engine::nurbs::{FirstDerivatives, GridSamples, Surface};
 
-/// Cells in one direction up to which all are judged. Beyond it runs of cells are left out evenly: neighbours in so
-/// fine a grid differ little, and judging a mesh would cost as much as making it.
+/// Cells in one direction up to which all are judged with all of the other's. Beyond it runs of cells are left out evenly:
+/// neighbours in so fine a grid differ little, and judging a mesh would cost as much as making it.
 const JUDGED: usize = 160;
+
+/// Cells across a finer grid along which every cell of the other direction is judged: lines crowd where curvature is
+/// strong, and what even leaps pass over may be just that.
+const FOLLOWED: usize = 8;
+
+/// Cells along such a run that are judged at most.
+const RUN: usize = 4096;
 
 /// Cells of a grid up to which quarters are looked at: a coarse grid's cells are far from quadratic and cost little.
 const FEW: usize = 256;
@@ -24,14 +31,14 @@ struct Judged {
 }
 
 impl Judged {
-    /// Each cell is divided into `parts`.
-    fn new(lines: &[f64], parts: usize) -> Self {
+    /// At most `most` (two or more) cells, each divided into `parts`.
+    fn new(lines: &[f64], parts: usize, most: usize) -> Self {
         let cells = lines.len() - 1;
-        let count = cells.min(JUDGED);
+        let count = cells.min(most);
         let mut judged =
             Self { parameters: Vec::with_capacity(count * (parts + 1)), starts: Vec::with_capacity(count) };
         for k in 0..count {
-            let cell = if cells <= JUDGED { k } else { k * (cells - 1) / (JUDGED - 1) };
+            let cell = if cells <= most { k } else { k * (cells - 1) / (most - 1) };
             let (from, to) = (lines[cell], lines[cell + 1]);
             if judged.parameters.last() != Some(&from) {
                 judged.parameters.push(from);
@@ -58,7 +65,26 @@ pub(super) fn worst(
         Aim::Chord(_) if (u.len() - 1) * (v.len() - 1) <= FEW => 4,
         Aim::Chord(_) => 2,
     };
-    let (us, vs) = (Judged::new(u, parts), Judged::new(v, parts));
+    let judge = |cells: [Judged; 2]| worst_of(surface, &cells, parts, aim, diagonals, skip);
+    let mut worst = judge([Judged::new(u, parts, JUDGED), Judged::new(v, parts, JUDGED)]);
+    if u.len() - 1 > JUDGED {
+        worst = worst.max(judge([Judged::new(u, parts, RUN), Judged::new(v, parts, FOLLOWED)]));
+    }
+    if v.len() - 1 > JUDGED {
+        worst = worst.max(judge([Judged::new(u, parts, FOLLOWED), Judged::new(v, parts, RUN)]));
+    }
+    worst
+}
+
+/// The worst use over the judged cells, each divided into `parts`.
+fn worst_of(
+    surface: &Surface,
+    [us, vs]: &[Judged; 2],
+    parts: usize,
+    aim: Aim,
+    diagonals: Diagonals,
+    skip: &dyn Fn(f64, f64) -> bool,
+) -> f64 {
     let mut samples = GridSamples::default();
     surface.grid_positions(&us.parameters, &vs.parameters, &mut samples);
     let mut worst = 0.0_f64;

@@ -195,3 +195,74 @@ proptest! {
         prop_assert_eq!((lines.u[0], lines.u[lines.u.len() - 1]), (0.0, 5.0));
     }
 }
+
+/// A hyperbolic paraboloid of straight lines: `width` long along u, `depth` along v, one end turned by `turn`.
+fn twisted_strip(width: f64, depth: f64, turn: f64) -> Surface {
+    let line = || KnotVector::new(1, vec![0.0, 0.0, 1.0, 1.0], "knots").unwrap();
+    let end = |x: f64, angle: f64| {
+        let half = 0.5 * depth * DVec3::new(0.0, angle.cos(), angle.sin());
+        [DVec3::X * x - half, DVec3::X * x + half]
+    };
+    let control = [end(0.0, 0.0), end(width, turn)].concat();
+    Surface::new(line(), line(), control, None).unwrap()
+}
+
+/// Like a rim: a narrow, ruled, twisted strip whose spine bends (degree 3 x 1).
+fn ruled_rim(flare: f64) -> Surface {
+    let control = (0..4)
+        .flat_map(|k| {
+            let along = f64::from(k) / 3.0;
+            let spine = DVec3::new(8.0 * along, 3.0 * along * (1.0 - along), 0.0);
+            let ruling = DVec3::new(0.0, 2.0 * (flare * along).cos(), 2.0 * (flare * along).sin());
+            [spine, spine + ruling]
+        })
+        .collect();
+    Surface::new(
+        KnotVector::new(3, vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0], "knots_u").unwrap(),
+        KnotVector::new(1, vec![0.0, 0.0, 1.0, 1.0], "knots_v").unwrap(),
+        control,
+        None,
+    )
+    .unwrap()
+}
+
+#[test]
+fn twisted_surfaces_of_straight_lines_are_divided_both_ways_and_their_area_converges() {
+    for surface in [twisted_strip(10.0, 1.0, 1.5), twisted_strip(3.0, 3.0, 1.0), ruled_rim(1.5), ruled_rim(-2.5)] {
+        let pieces: Vec<f64> = (0..=32).map(|k| f64::from(k) / 32.0).collect();
+        let exact = check::surface_area(&surface, &pieces, &pieces);
+        let mut former = f64::INFINITY;
+        for share in [1e-4, 1e-5, 1e-6] {
+            let lines = planned(&surface, Density::ChordRelative(share));
+            let area = check::mesh_area(&surface, &lines.u, &lines.v, Diagonals::Rising);
+            let off = ((area - exact) / exact).abs();
+            assert!(
+                off < 20.0 * share && off < 0.5 * former,
+                "{share}: {off} with {:?}",
+                (lines.u.len(), lines.v.len())
+            );
+            former = off;
+            assert!(share > 2e-5 || lines.u.len().min(lines.v.len()) > 3, "{:?}", (lines.u.len(), lines.v.len()));
+        }
+    }
+}
+
+#[test]
+fn a_flat_ring_keeps_its_borders_and_its_area() {
+    // The middle of each cell lies in the ring's plane, however far its border's chord is from the border.
+    let ring = {
+        let tube = shapes::cylinder(10.0, 1.0);
+        let control = tube.control().iter().map(|p| DVec3::new(p.x, p.y, 0.0) * (1.0 + 0.05 * p.z)).collect();
+        Surface::new(tube.knots_u().clone(), tube.knots_v().clone(), control, tube.weights().map(<[f64]>::to_vec))
+            .unwrap()
+    };
+    let exact = PI * (10.5_f64.powi(2) - 10.0_f64.powi(2));
+    for tolerance in [0.1, 1e-2, 1e-3, 1e-4] {
+        let lines = planned(&ring, Density::Chord(tolerance));
+        let area = check::mesh_area(&ring, &lines.u, &lines.v, Diagonals::Rising);
+        // A chord's segment of sagitta s has the area 2/3 s l; the inner circle's makes up for a part of the outer one's.
+        let allowed = 8.0 / 3.0 * PI * (10.5 - 10.0) * tolerance;
+        assert!((area - exact).abs() <= allowed, "{tolerance}: {area} of {exact}");
+        assert!(lines.u.len().min(lines.v.len()) == 2, "{:?}", (lines.u.len(), lines.v.len()));
+    }
+}
