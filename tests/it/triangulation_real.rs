@@ -2,9 +2,13 @@
 
 use planish::engine::{
     budget::Unobserved,
+    job::{JobKind, JobOptions},
     nurbs::Surface,
-    triangulation::{Configuration, GridLines, Lifted, aspect_of, check_domain_mesh, lift, trace, trimmed_area},
-    trimming::TrimRegion,
+    pipeline::run,
+    triangulation::{
+        Configuration, Density, GridLines, Lifted, aspect_of, check_domain_mesh, lift, trace, trimmed_area,
+    },
+    trimming::{TrimRegion, part_box},
 };
 use planish::formats::surface_json::{ReadOptions, read};
 
@@ -93,3 +97,53 @@ fn every_real_face_is_triangulated_on_coarse_fine_and_uneven_grids() {
         assert!((area - expected).abs() <= AREA * expected, "{name}: area {area} instead of {expected}");
     }
 }
+
+/// The sampled distance may exceed what was asked by this factor: lines are judged on samples of their cells.
+const CHORD_SLACK: f64 = 1.05;
+
+/// Areas of meshes come within this fraction of the face's.
+const MESH_AREA: f64 = 1e-4;
+
+#[test]
+fn distances_are_as_asked_and_areas_converge_on_every_real_face() {
+    let mut wrong = Vec::new();
+    for (name, bytes, facts) in faces() {
+        let exact = facts["extra"]["area_occt"].as_f64().unwrap();
+        let part = read(&bytes, &ReadOptions::default()).unwrap().trimmed;
+        let checked = part.check().unwrap();
+        let [low, high] = part.surface.bounding_box();
+        let region = checked.polygonise(&part.surface, 1e-3 * low.distance(high)).unwrap();
+        let [low, high] = part_box(&part.surface, &region);
+        let mut off = f64::INFINITY;
+        for share in [1e-3, 1e-4, 1e-5, 1e-6] {
+            if share < 5e-5 && off <= MESH_AREA {
+                break;
+            }
+            let mut options = JobOptions::default();
+            options.triangulation.tolerance = Some(Density::ChordRelative(share));
+            let report = match run(JobKind::Triangulate, &part, &options, &Unobserved) {
+                Ok(outcome) => outcome.report.triangulation,
+                Err(failure) => {
+                    wrong.push(format!("{name} at {share:e}: {}", failure.error));
+                    break;
+                }
+            };
+            off = (report.area_mm2 - exact).abs() / exact;
+            let used = report.chord_error_mm / (share * low.distance(high));
+            println!("{name} {share:e}: {} triangles, area {off:.1e} off, {used:.2} of the chord", report.triangles);
+            if share > 5e-5 && used > CHORD_SLACK {
+                wrong.push(format!("{name} at {share:e}: {used} of the chord that was asked"));
+            }
+            if report.triangles > MOST_TRIANGLES {
+                wrong.push(format!("{name} at {share:e}: {} triangles", report.triangles));
+            }
+        }
+        if off > MESH_AREA {
+            wrong.push(format!("{name}: the area stays {off:e} off"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Triangles that no face needs for all this.
+const MOST_TRIANGLES: u64 = 400_000;
