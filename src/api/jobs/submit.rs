@@ -1,7 +1,7 @@
 //! Queueing a job: what `POST /v1/jobs` and `POST /v1/flatten` share.
 
 use crate::api::App;
-use crate::api::parameters::{JobRequest, cost};
+use crate::api::parameters::{JobRequest, PartSize, cost};
 use crate::api::problem::{Kind, Problem};
 use crate::api::surfaces;
 use crate::engine::job::JobKind;
@@ -36,7 +36,7 @@ pub(crate) async fn submit(app: &App, submission: Submission) -> Result<Enqueued
     // The labels of the file go along; those of the job go before them.
     let mut labels = surfaces::labels(&surface);
     labels.extend(request.labels);
-    let cost = cost(kind, &request.options);
+    let cost = cost(kind, &request.options, PartSize::of(&surface.summary));
     let parameters = serde_json::to_value(&request.options).map_err(|error| {
         tracing::error!(%error, "options could not be written");
         Problem::internal()

@@ -4,15 +4,15 @@ use crate::engine::flattening::{FlatteningDomain, SeedChoice};
 use crate::engine::job::JobOptions;
 use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
+use crate::engine::pipeline::MAX_GRID;
+pub use crate::engine::triangulation::density::MAX_TRIANGLES;
 use crate::engine::triangulation::{Density, TriangulationMethod};
 use crate::formats::faults::Fault;
 
 use super::fault;
 
-/// Points of a grid along one direction. Above 4096 the rows of a pattern would lie closer than any cutter resolves.
-pub const GRID_POINTS: std::ops::RangeInclusive<u32> = 2..=4096;
-/// Most triangles of a mesh: about 1 GB of memory at the peak of a job.
-pub const MAX_TRIANGLES: u64 = 4_000_000;
+/// Points of a grid along one direction.
+pub const GRID_POINTS: std::ops::RangeInclusive<u32> = 2..=MAX_GRID;
 /// A seed or a direction may lie outside the domain by so much of its width and counts as on the border: files and
 /// plugins round.
 const DOMAIN_SLACK: f64 = 1e-9;

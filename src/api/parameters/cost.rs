@@ -1,24 +1,62 @@
 //! How much work a job is, roughly, before it is done: the queue gives small jobs a lane of their own.
 
-use super::checks::grid_triangles;
+use serde_json::Value;
+
+use super::checks::{MAX_TRIANGLES, grid_triangles};
 use crate::engine::flattening::SeedChoice;
 use crate::engine::job::{JobKind, JobOptions};
+use crate::engine::pipeline::{CADER_TRIANGLES, OPTIMUM_UP_TO};
+use crate::engine::triangulation::Density;
 
-/// Triangles of a mesh whose density is left to a tolerance: the most that Cader's method is given by default.
-const TRIANGLES_BY_TOLERANCE: u64 = 7000;
-/// Up to so many triangles the seed is searched when none is named.
-const SEARCHED_BY_DEFAULT: u64 = 8000;
+/// Triangles times the relative chord (or area) tolerance, on doubly curved parts: real faces came to 0.1 to 4. Too much
+/// sends a small job to the larger lane, where it runs as well; too little lets a large one hold up small ones.
+const TRIANGLES_TIMES_TOLERANCE: f64 = 4.0;
+
+/// Size of a surface's part, as far as it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PartSize {
+    /// Diagonal of its box, mm.
+    pub diagonal: Option<f64>,
+    /// Area, mm^2.
+    pub area: Option<f64>,
+}
+
+impl PartSize {
+    /// What the summary of a surface says.
+    #[must_use]
+    pub fn of(summary: &Value) -> Self {
+        let number = |name: &str| summary.get(name).and_then(Value::as_f64);
+        Self { diagonal: number("diagonal_mm"), area: number("area_mm2") }
+    }
+}
 
 /// The estimate, in triangle visits: triangles times seeds tried.
 #[must_use]
-pub fn cost(kind: JobKind, options: &JobOptions) -> u64 {
-    let triangles = options.triangulation.grid.map_or(TRIANGLES_BY_TOLERANCE, grid_triangles);
+pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
+    let triangles = match (options.triangulation.grid, options.triangulation.tolerance) {
+        (Some(grid), _) => grid_triangles(grid),
+        (None, Some(density)) => by_tolerance(density, size),
+        (None, None) => CADER_TRIANGLES.1,
+    };
     let searched = match options.flattening.seed {
         Some(SeedChoice::Optimum) => true,
         Some(_) => false,
-        None => triangles <= SEARCHED_BY_DEFAULT,
+        None => triangles <= OPTIMUM_UP_TO as u64,
     };
     if kind == JobKind::Flatten && searched { triangles.saturating_mul(triangles) } else { triangles }
+}
+
+/// Triangles of a mesh whose density is left to a tolerance.
+fn by_tolerance(density: Density, size: PartSize) -> u64 {
+    let estimate = match density {
+        Density::ChordRelative(share) | Density::AreaRelative(share) => TRIANGLES_TIMES_TOLERANCE / share,
+        Density::Chord(chord) => size.diagonal.map_or(f64::INFINITY, |d| TRIANGLES_TIMES_TOLERANCE * d / chord),
+        Density::Area(area) => size.area.map_or(f64::INFINITY, |a| TRIANGLES_TIMES_TOLERANCE * a / area),
+        // Right triangles whose longest side is the edge.
+        Density::Edge(edge) => size.area.map_or(f64::INFINITY, |a| 4.0 * a / (edge * edge)),
+    };
+    // The engine refuses more than the limit, so no job is larger.
+    (estimate.clamp(CADER_TRIANGLES.0 as f64, MAX_TRIANGLES as f64)) as u64
 }
 
 #[cfg(test)]
@@ -27,14 +65,34 @@ mod tests {
 
     #[test]
     fn a_search_costs_the_square_of_the_triangles() {
+        let size = PartSize::default();
         let mut options = JobOptions::default();
         options.triangulation.grid = Some([11, 11]);
-        assert_eq!(cost(JobKind::Triangulate, &options), 200);
-        assert_eq!(cost(JobKind::Flatten, &options), 40_000);
+        assert_eq!(cost(JobKind::Triangulate, &options, size), 200);
+        assert_eq!(cost(JobKind::Flatten, &options, size), 40_000);
         options.flattening.seed = Some(SeedChoice::Centre);
-        assert_eq!(cost(JobKind::Flatten, &options), 200);
+        assert_eq!(cost(JobKind::Flatten, &options, size), 200);
         options.flattening.seed = None;
         options.triangulation.grid = Some([101, 101]);
-        assert_eq!(cost(JobKind::Flatten, &options), 20_000);
+        assert_eq!(cost(JobKind::Flatten, &options, size), 20_000);
+    }
+
+    #[test]
+    fn a_fine_tolerance_is_a_large_job_on_any_size_of_part() {
+        let mut options = JobOptions::default();
+        let size = PartSize { diagonal: Some(1000.0), area: Some(1e5) };
+        for (density, least) in [
+            (Density::ChordRelative(1e-6), 4_000_000),
+            (Density::Chord(1e-3), 4_000_000),
+            (Density::Chord(1.0), 4000),
+            (Density::Edge(1.0), 400_000),
+            (Density::AreaRelative(1e-3), 4000),
+            (Density::Area(100.0), 4000),
+        ] {
+            options.triangulation.tolerance = Some(density);
+            assert_eq!(cost(JobKind::Triangulate, &options, size), least, "{density:?}");
+        }
+        options.triangulation.tolerance = Some(Density::Chord(1.0));
+        assert_eq!(cost(JobKind::Triangulate, &options, PartSize::default()), MAX_TRIANGLES);
     }
 }

@@ -12,14 +12,12 @@ mod set;
 use serde_json::{Map, Value, json};
 
 use crate::engine::job::{JobKind, JobOptions, Labels};
+use crate::engine::pipeline::DEFAULT_CHORD_RELATIVE;
 use crate::formats::faults::Fault;
 
 pub use checks::{GRID_POINTS, MAX_TRIANGLES, check};
-pub use cost::cost;
+pub use cost::{PartSize, cost};
 pub use set::assign;
-
-/// Default chord tolerance, as a fraction of the part's diagonal.
-pub const DEFAULT_CHORD_RELATIVE: f64 = 0.001;
 
 /// A job as it was asked for.
 #[derive(Debug, Clone, PartialEq, Default)]

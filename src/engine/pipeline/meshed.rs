@@ -26,8 +26,8 @@ pub const CADER_TRIANGLES: (u64, u64) = (200, 7000);
 const BOUNDARY_SHARE_OF_AREA: f64 = 0.25;
 /// Relative accuracy of the surface's area where it only decides how finely loops are followed.
 const ROUGH_AREA: f64 = 1e-3;
-/// Points along each direction that a grid may have.
-pub(super) const MAX_GRID: u32 = 4096;
+/// Points along each direction that a grid may have: beyond it the rows of a pattern lie closer than cutters resolve.
+pub const MAX_GRID: u32 = 4096;
 
 /// A surface with its mesh.
 pub(super) struct Meshed<'a> {

@@ -24,7 +24,7 @@ use centred::Centred;
 use meshed::Meshed;
 
 pub use flattened::OPTIMUM_UP_TO;
-pub use meshed::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE};
+pub use meshed::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, MAX_GRID};
 pub use survey::{Survey, survey};
 
 /// Everything that a job results in.
