@@ -325,7 +325,7 @@ mod tests {
 
     #[tokio::test]
     async fn stopping_lets_an_answer_end_and_closes_the_idle() {
-        let (address, stop, served) = start(ConnectionLimits { idle: Duration::from_secs(60), ..LIMITS }).await;
+        let (address, stop, served) = start(ConnectionLimits { idle: Duration::from_mins(1), ..LIMITS }).await;
         let mut busy = TcpStream::connect(address).await.unwrap();
         busy.write_all(b"GET /slow HTTP/1.1\r\nHost: x\r\n\r\n").await.unwrap();
         let mut idle = TcpStream::connect(address).await.unwrap();

@@ -33,7 +33,7 @@ impl Runner for EngineRunner {
                 parameters: serde_json::to_value(&outcome.options).ok(),
                 results: results(&outcome).map_err(|detail| unreadable("result", &detail))?,
             }),
-            Err(failure) => Err(failed(failure)),
+            Err(failure) => Err(failed(&failure)),
         }
     }
 }
@@ -68,7 +68,7 @@ fn results(outcome: &Outcome) -> Result<Vec<NewResult>, String> {
 }
 
 /// A failure of the engine, with its place, its remedies, and what there is of a result.
-fn failed(failure: Failure) -> Failed {
+fn failed(failure: &Failure) -> Failed {
     let class = FailureClass::of(&failure.error);
     let partial = failure.partial.as_deref();
     Failed {

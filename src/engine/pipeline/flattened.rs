@@ -40,7 +40,7 @@ pub(super) struct Laid {
 /// Why not everything lies flat.
 pub(super) struct Stopped {
     pub error: EngineError,
-    pub partial: Option<Laid>,
+    pub partial: Option<Box<Laid>>,
 }
 
 impl From<EngineError> for Stopped {
@@ -90,7 +90,7 @@ pub(super) fn flatten(
                 continue;
             }
             place_piece(&mut laid.flat, piece, &flat);
-            return Err(Stopped { error: whole_mesh(error, piece).into(), partial: Some(laid) });
+            return Err(Stopped { error: whole_mesh(error, piece).into(), partial: Some(Box::new(laid)) });
         }
         place_piece(&mut laid.flat, piece, &flat);
     }

@@ -150,7 +150,7 @@ fn each_kind_of_fault_is_named_where_it_is() {
         ("\"extra\"", "\"faces\": [], \"extra\"", "/faces", "each face"),
     ] {
         let fault = one_fault(from, to);
-        assert!(fault.starts_with(&format!("{pointer}")) && fault.contains(words), "{from} -> {to}: {fault}");
+        assert!(fault.starts_with(pointer) && fault.contains(words), "{from} -> {to}: {fault}");
     }
 }
 

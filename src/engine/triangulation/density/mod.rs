@@ -133,6 +133,9 @@ fn curved_by_weights(surface: &Surface) -> [bool; 2] {
     [along_u, along_v]
 }
 
+/// Lines along one direction, and the densities that they make in its strips.
+type Columns = (Vec<f64>, Vec<f64>);
+
 struct Planner<'a> {
     input: &'a DensityInput<'a>,
     observer: &'a dyn Observer,
@@ -256,7 +259,7 @@ impl<'a> Planner<'a> {
         self.afford(columns.max(rows))?;
         let whole: f64 = densities.u.iter().enumerate().map(|(i, d)| d * needs.u.width(i)).sum();
         // Cells, columns with the densities that they make, and the rows' densities.
-        let mut best: Option<(f64, (Vec<f64>, Vec<f64>), Vec<f64>)> = None;
+        let mut best: Option<(f64, Columns, Vec<f64>)> = None;
         let few = columns <= FEW_CELLS && needs.breaks_u.is_empty();
         for more in if few { -1..=2 } else { 0..=0 } {
             let cells = columns + f64::from(more);

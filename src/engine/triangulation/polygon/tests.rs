@@ -229,7 +229,7 @@ fn by_spade(loops: &[Vec<DVec2>]) -> Vec<[[f64; 2]; 3]> {
     cdt.inner_faces()
         .map(|face| face.positions().map(|p| DVec2::new(p.x, p.y)))
         .filter(|[a, b, c]| inside((*a + *b + *c) / 3.0))
-        .map(|corners| sorted(corners))
+        .map(sorted)
         .collect()
 }
 
