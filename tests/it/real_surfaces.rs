@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::support::service::Service;
 
 /// Longer than any of these jobs may take.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_mins(2);
 
 /// The real surfaces, or a line that says why there are none.
 fn surfaces() -> Vec<PathBuf> {
