@@ -26,7 +26,7 @@ pub(super) fn write(seq: i64, filter: &str) -> String {
 /// Where a cursor points; it must be of the list with this filter.
 ///
 /// # Errors
-/// 400 for anything that [`write`] did not give for this filter.
+/// 400 for anything that [`write()`] did not give for this filter.
 pub(super) fn read(text: &str, filter: &str) -> Result<i64, Problem> {
     let mut parts = text.split('-');
     let fields = (parts.next(), parts.next(), parts.next(), parts.next());

@@ -10,7 +10,7 @@
 //! with the code `crashed`, so an input that kills the process cannot do so for ever. A deterministic failure is never
 //! tried again. A cancellation that was accepted always ends in `cancelled`.
 //!
-//! Each [worker](worker) has threads of its own; small jobs have workers that take nothing else. [Upkeep](upkeep) renews
+//! Each [`worker`] has threads of its own; small jobs have workers that take nothing else. [Upkeep](upkeep) renews
 //! leases, writes progress and carries cancellations. Limits: one process per data directory (the store sees to it);
 //! stopping is cooperative, an attempt that never asks its observer runs on and counts as stuck.
 //! Nothing here knows HTTP; the work itself is a [`Runner`].

@@ -1,6 +1,6 @@
 //! Problem documents (RFC 9457): every error answer of the service is made here.
 //!
-//! A handler returns a [`Problem`]; it travels as an extension of the response, and [`finish`] writes the document, with
+//! A handler returns a [`Problem`]; it travels as an extension of the response, and [`finish()`] writes the document, with
 //! the request's path as `instance`, when the answer leaves. The same layer turns error answers that were made below
 //! this service's code into problems.
 

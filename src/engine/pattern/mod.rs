@@ -1,6 +1,6 @@
 //! What is cut: outlines and holes mapped exactly from the trimming curves, placed as a person would lay them.
 //!
-//! [`draw`] is the whole: each trimming curve is mapped point by point through the triangle of the domain mesh that holds
+//! [`draw()`] is the whole: each trimming curve is mapped point by point through the triangle of the domain mesh that holds
 //! the point ([`Locator`]), sampled to a tolerance in the plane, turned and moved ([`Placement`]), and reported on.
 //! [`triangles_of_part`] says which triangles of a base mesh belong to the part.
 

@@ -1,7 +1,7 @@
 //! Density: where the lines of the grid go so that the mesh is as fine as asked and no finer.
 //!
 //! A tolerance becomes *needs* of patches of the domain ([`needs`]), needs become line densities of least cell count
-//! ([`balance`]), densities become lines ([`lines`]), and the lines are judged on their real cells ([`check`]). What
+//! ([`mod@balance`]), densities become lines ([`lines`]), and the lines are judged on their real cells ([`check`]). What
 //! the judge finds tightens or loosens the needs, until the worst cell is within the allowance and close to it.
 //!
 //! - `chord`: greatest distance between mesh and surface [Filip, Magedson, Markot 1986: Surface algorithms using bounds
