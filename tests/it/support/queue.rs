@@ -40,7 +40,7 @@ pub(crate) fn settings() -> Settings {
         tick_every: Duration::from_millis(20),
         progress_every: Duration::from_millis(40),
         retry_pause: Duration::from_millis(5),
-        release_after: Duration::from_millis(300),
+        release_after: Duration::from_secs(3),
         ..Settings::default()
     }
 }
