@@ -1,5 +1,6 @@
 //! Stopping with grace: no new claims, time for what runs, then a release that loses no attempt.
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use tokio::time::timeout;
@@ -36,9 +37,11 @@ impl Queue {
         }
         let mut drained = Drained::default();
         if timeout(grace, shared.tasks.wait()).await.is_err() {
-            for run in shared.running().values() {
+            // Before the list is gone through: an attempt that is not on it yet sees the phase when it gets there.
+            shared.phase.send_replace(Phase::Stopping);
+            for run in shared.running().values().filter(|run| run.monitor.stopped().is_none()) {
                 run.monitor.stop(Stop::Draining);
-                drained.interrupted += 1;
+                shared.interrupted.fetch_add(1, Ordering::Relaxed);
             }
             if timeout(shared.settings.release_after, shared.tasks.wait()).await.is_err() {
                 drained.abandoned = shared.running().len() as u64;
@@ -46,6 +49,7 @@ impl Queue {
                 shared.tasks.wait().await;
             }
         }
+        drained.interrupted = shared.interrupted.load(Ordering::Relaxed);
         shared.phase.send_replace(Phase::Drained);
         tracing::info!(interrupted = drained.interrupted, abandoned = drained.abandoned, "the queue is drained");
         drained

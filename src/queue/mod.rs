@@ -86,6 +86,8 @@ enum Phase {
     Open,
     /// Nothing is accepted or claimed any more; what runs goes on.
     Draining,
+    /// The grace is over: what runs is told to stop, also what was claimed before and begins only now.
+    Stopping,
     /// What still runs is released without waiting for it.
     Abandoning,
     /// No worker is left.
@@ -101,6 +103,7 @@ struct Shared {
     running: Mutex<BTreeMap<u64, Running>>,
     numbers: AtomicU64,
     stuck: AtomicU64,
+    interrupted: AtomicU64,
     failed: AtomicU64,
     tasks: TaskTracker,
 }
@@ -177,6 +180,7 @@ impl Queue {
             running: Mutex::default(),
             numbers: AtomicU64::new(0),
             stuck: AtomicU64::new(0),
+            interrupted: AtomicU64::new(0),
             failed: AtomicU64::new(0),
             tasks: TaskTracker::new(),
         });
@@ -299,6 +303,16 @@ impl Shared {
         let written_at = now.checked_sub(self.settings.progress_every).unwrap_or(now);
         self.running().insert(number, Running { claim, monitor, written, written_at, stopped_at: None });
         Entry { shared: self.clone(), number }
+    }
+
+    /// Tells an attempt that has just been registered to stop, when the others were told before it was on the list. Both
+    /// go by the lock of the list, so each is told once.
+    fn stop_if_late(&self, monitor: &Monitor) {
+        let _list = self.running();
+        if *self.phase.borrow() == Phase::Stopping && monitor.stopped().is_none() {
+            monitor.stop(Stop::Draining);
+            self.interrupted.fetch_add(1, Ordering::Relaxed);
+        }
     }
 
     /// Tells the attempts at this job, or the one numbered `attempt`, to stop.

@@ -78,6 +78,7 @@ async fn run(shared: &Arc<Shared>, claim: Claim, pool: &ThreadPool) {
     let monitor = Arc::new(Monitor::new(shared.store.clock().clone()));
     let since = shared.store.clock().steady_us();
     let running = shared.register(claim.clone(), monitor.clone());
+    shared.stop_if_late(&monitor);
     let outcome = pool::spawn(pool, shared.runner.clone(), task, monitor.clone());
     let outcome = watch(shared, &monitor, outcome).await;
     drop(running);
