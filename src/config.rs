@@ -47,6 +47,9 @@ pub struct Settings {
     /// Connections open at once; more wait to be accepted
     #[arg(long, env = "PLANISH_MAX_CONNECTIONS", value_name = "N", default_value_t = 1024)]
     pub max_connections: usize,
+    /// Streams of events open at once; more are answered with 503
+    #[arg(long, env = "PLANISH_MAX_STREAMS", value_name = "N", default_value_t = 256)]
+    pub max_streams: usize,
     /// Longest wait for the first byte of a connection, seconds
     #[arg(long, env = "PLANISH_FIRST_BYTE_TIMEOUT_S", value_name = "S", default_value_t = 5)]
     pub first_byte_timeout_s: u64,
@@ -57,7 +60,7 @@ pub struct Settings {
     #[arg(long, env = "PLANISH_BODY_TIMEOUT_S", value_name = "S", default_value_t = 60)]
     pub body_timeout_s: u64,
     /// A connection on which nothing moves for so long is closed, seconds
-    #[arg(long, env = "PLANISH_IDLE_TIMEOUT_S", value_name = "S", default_value_t = 60)]
+    #[arg(long, env = "PLANISH_IDLE_TIMEOUT_S", value_name = "S", default_value_t = 75)]
     pub idle_timeout_s: u64,
     /// Time that running jobs get to end after SIGTERM before they are put back, seconds
     #[arg(long, env = "PLANISH_GRACE_S", value_name = "S", default_value_t = 25)]
@@ -127,6 +130,7 @@ impl Settings {
             ("--max-uploads-mib", self.max_uploads_mib as u64, 1, MAX_UPLOADS_MIB as u64),
             ("--max-queued", u64::from(self.max_queued), 1, u64::from(u32::MAX)),
             ("--max-connections", self.max_connections as u64, 1, 1 << 20),
+            ("--max-streams", self.max_streams as u64, 1, 1 << 20),
             ("--first-byte-timeout-s", self.first_byte_timeout_s, 1, MAX_GRACE_S),
             ("--header-timeout-s", self.header_timeout_s, 1, MAX_GRACE_S),
             ("--body-timeout-s", self.body_timeout_s, 1, MAX_GRACE_S),

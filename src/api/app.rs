@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use tokio::sync::Semaphore;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
 use super::problem::{Kind, Problem};
@@ -16,6 +16,9 @@ use crate::store::{Job, JobId, Store};
 const THREAD_PATIENCE: Duration = Duration::from_secs(20);
 /// What it is told to wait.
 const RETRY_S: u32 = 5;
+/// How often a stream of events that has nothing to say shows that it is there: well under the minute after which
+/// proxies cut a silent connection.
+const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// The state of the service; clones share it.
 #[derive(Debug, Clone)]
@@ -27,6 +30,8 @@ struct Inner {
     queue: Queue,
     bodies: BodyLimits,
     threads: Semaphore,
+    streams: Arc<Semaphore>,
+    heartbeat: Duration,
     draining: CancellationToken,
 }
 
@@ -38,7 +43,10 @@ impl App {
             BodyLimits::new(settings.max_body(), settings.max_uploads(), Duration::from_secs(settings.body_timeout_s));
         // Parsing shares the cores with the geometry: as many at a time as there are workers.
         let threads = Semaphore::new(settings.worker_count());
-        Self(Arc::new(Inner { store, queue, bodies, threads, draining }))
+        let streams = Arc::new(Semaphore::new(settings.max_streams));
+        // A connection on which nothing moves is closed: two signs of life come before that.
+        let heartbeat = HEARTBEAT.min(Duration::from_secs(settings.idle_timeout_s) / 2);
+        Self(Arc::new(Inner { store, queue, bodies, threads, streams, heartbeat, draining }))
     }
 
     /// The store.
@@ -75,6 +83,24 @@ impl App {
                 .retry_after(RETRY_S));
         }
         Ok(())
+    }
+
+    /// A place for a stream of events, which is held as long as the stream goes on.
+    ///
+    /// # Errors
+    /// 503 when all are taken, or while the service shuts down.
+    pub(crate) fn stream(&self) -> Result<OwnedSemaphorePermit, Problem> {
+        self.admit()?;
+        Arc::clone(&self.0.streams).try_acquire_owned().map_err(|_| {
+            Problem::new(Kind::Overloaded, "As many streams of events as may be are open. Poll the job instead.")
+                .retry_after(RETRY_S)
+        })
+    }
+
+    /// How often a stream of events shows that it is there.
+    #[must_use]
+    pub(crate) fn heartbeat(&self) -> Duration {
+        self.0.heartbeat
     }
 
     /// A job when it has ended, or as it stands when the wait is over or the service shuts down. `None`: no such job.

@@ -7,7 +7,7 @@ use axum::middleware::from_fn;
 use axum::routing::{MethodFilter, on};
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
-use tower_http::compression::predicate::SizeAbove;
+use tower_http::compression::predicate::{NotForContentType, Predicate as _, SizeAbove};
 
 use super::answer::{finish_tags, not_acceptable};
 use super::problem::{Kind, Problem, finish, panicked};
@@ -31,6 +31,8 @@ fn table() -> Routes {
         .get("/v1/jobs/{job}", jobs::show)
         .delete("/v1/jobs/{job}", jobs::delete)
         .post("/v1/jobs/{job}/cancel", jobs::cancel)
+        .get("/v1/jobs/{job}/events", jobs::events)
+        .get("/v1/feed", jobs::feed)
         .get("/v1/jobs/{job}/mesh", results::mesh)
         .get("/v1/jobs/{job}/mesh.glb", results::mesh_glb)
         .get("/v1/jobs/{job}/mesh.json", results::mesh_json)
@@ -66,7 +68,8 @@ fn surrounded<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> 
         .fallback(nothing_here)
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn(finish))
-        .layer(CompressionLayer::new().compress_when(SizeAbove::new(COMPRESSED_ABOVE)))
+        // Events go out one by one; a compressor would collect them.
+        .layer(CompressionLayer::new().compress_when(SizeAbove::new(COMPRESSED_ABOVE).and(NotForContentType::SSE)))
         .layer(from_fn(finish_tags))
         .layer(from_fn(layers::surround))
 }

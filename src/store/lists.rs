@@ -1,4 +1,4 @@
-//! Reading jobs: one, a page of a list, the feed of ended ones, counts.
+//! Reading jobs: one, a page of a list, the feed of ended ones, the states that one went through, counts.
 //!
 //! Pages go by keyset: "those before this `seq`" (lists, newest first) or "those after this `end_seq`" (the feed,
 //! in the order of ending). A row that exists throughout a scan is seen exactly once, whatever comes and goes meanwhile.
@@ -16,6 +16,21 @@ pub const MAX_PAGE: u32 = 1000;
 pub(super) const JOB_BY_ID: &str = concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = ?1");
 pub(super) const JOB_BY_SEQ: &str = concat!("SELECT ", job_columns!(), " FROM jobs WHERE seq = ?1");
 pub(super) const COUNT: &str = "SELECT count(*) AS n FROM jobs WHERE state = ?1";
+
+pub(super) const EVENTS: &str = "SELECT e.revision, e.state, e.attempt FROM jobs AS j \
+     JOIN job_events AS e ON e.job = j.seq WHERE j.id = ?1 AND e.revision > ?2 ORDER BY e.revision LIMIT ?3";
+const LAST_END: &str = "SELECT value FROM counters WHERE name = 'end_seq'";
+
+/// A state that a job came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StateEvent {
+    /// The job's revision when it came to it: the event's id.
+    pub revision: i64,
+    /// The state.
+    pub state: State,
+    /// How often the job had been started.
+    pub attempt: u32,
+}
 
 /// What a listed job must be. Every field that is set must fit.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -58,6 +73,30 @@ impl Store {
     pub async fn feed(&self, filter: &JobFilter, after: i64, limit: u32) -> Result<Vec<Job>, StoreError> {
         let rows = feed(filter, after, limit).build().fetch_all(&self.0.readers).await?;
         rows.iter().map(job).collect()
+    }
+
+    /// The states that a job came to after this revision, in order, at most [`MAX_PAGE`].
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn events(&self, id: JobId, after: i64) -> Result<Vec<StateEvent>, StoreError> {
+        let query = sqlx::query(EVENTS).bind(id.bytes()).bind(after).bind(MAX_PAGE);
+        let rows = query.fetch_all(&self.0.readers).await?;
+        let event = |row: &sqlx::sqlite::SqliteRow| {
+            let state: &str = row.try_get("state")?;
+            let state = state.parse().map_err(|_| StoreError::Corrupt(format!("state {state:?}")))?;
+            Ok(StateEvent { revision: row.try_get("revision")?, state, attempt: row.try_get("attempt")? })
+        };
+        rows.iter().map(event).collect()
+    }
+
+    /// The last number of the order of ending that was given out; 0 before the first. Every job that ended with this
+    /// number or a lower one can be read when this returns.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn last_end(&self) -> Result<i64, StoreError> {
+        Ok(sqlx::query(LAST_END).fetch_one(&self.0.readers).await?.try_get("value")?)
     }
 
     /// How many jobs stand in this state.

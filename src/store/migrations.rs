@@ -8,7 +8,10 @@ use sqlx::{Pool, SqlSafeStr, Sqlite};
 use super::StoreError;
 
 /// Number, name and text of each; the compiler watches the files.
-const MIGRATIONS: &[(i64, &str, &str)] = &[(1, "start", include_str!("../../migrations/0001_start.sql"))];
+const MIGRATIONS: &[(i64, &str, &str)] = &[
+    (1, "start", include_str!("../../migrations/0001_start.sql")),
+    (2, "job_events", include_str!("../../migrations/0002_job_events.sql")),
+];
 
 /// Brings the database to the newest schema.
 ///

@@ -45,7 +45,7 @@ pub use enqueue::{EnqueueError, Enqueued, IDEMPOTENCY_KEPT, IdempotencyKey, NewJ
 pub use error::StoreError;
 pub use ids::{Digest, JobId, NotAnId, SurfaceId};
 pub use leases::{Claim, Lane, Progress, Reclaim, Reclaimed};
-pub use lists::{JobFilter, MAX_PAGE};
+pub use lists::{JobFilter, MAX_PAGE, StateEvent};
 pub use results::{NewResult, StoredResult};
 pub use rows::{Change, Job, State};
 pub use surfaces::{NewSurface, Surface};

@@ -35,6 +35,7 @@ async fn claims_lists_and_look_ups_use_their_index() {
         (lists::JOB_BY_ID, "sqlite_autoindex_jobs"),
         (lists::JOB_BY_SEQ, "INTEGER PRIMARY KEY"),
         (lists::COUNT, "jobs_by_state"),
+        (lists::EVENTS, "PRIMARY KEY"),
         (results::RESULT, "PRIMARY KEY"),
         (results::RESULTS, "PRIMARY KEY"),
         (surfaces::SURFACE, "sqlite_autoindex_surfaces"),

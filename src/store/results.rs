@@ -1,9 +1,11 @@
 //! Results and the bytes they point to.
 
-use bytes::Bytes;
-use sqlx::{Row, Sqlite, Transaction};
+use std::collections::BTreeMap;
 
-use super::{Digest, JobId, Store, StoreError};
+use bytes::Bytes;
+use sqlx::{QueryBuilder, Row, Sqlite, Transaction};
+
+use super::{Digest, JobId, MAX_PAGE, Store, StoreError};
 
 /// A result to be stored. Making one digests its bytes, so it is made where the work is done, not on an async thread.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,6 +62,21 @@ impl Store {
         rows.iter().map(stored).collect()
     }
 
+    /// What these jobs (by their `seq`, at most [`MAX_PAGE`] of them) have stored, by name.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn results_of(&self, jobs: &[i64]) -> Result<BTreeMap<i64, Vec<StoredResult>>, StoreError> {
+        let mut found = BTreeMap::<i64, Vec<StoredResult>>::new();
+        if jobs.is_empty() {
+            return Ok(found);
+        }
+        for row in &results_of(jobs).build().fetch_all(&self.0.readers).await? {
+            found.entry(row.try_get("job")?).or_default().push(stored(row)?);
+        }
+        Ok(found)
+    }
+
     /// One result with its bytes. The statement has ended when this returns: a slow client holds nothing up.
     ///
     /// # Errors
@@ -68,6 +85,19 @@ impl Store {
         let row = sqlx::query(RESULT).bind(id.bytes()).bind(name).fetch_optional(&self.0.readers).await?;
         row.map(|row| Ok((stored(&row)?, Bytes::from(row.try_get::<Vec<u8>, _>("bytes")?)))).transpose()
     }
+}
+
+fn results_of(jobs: &[i64]) -> QueryBuilder<Sqlite> {
+    let mut sql = QueryBuilder::new(
+        "SELECT r.job, r.name, r.media, b.length, b.digest FROM results AS r JOIN blobs AS b ON b.digest = r.blob \
+         WHERE r.job IN (",
+    );
+    let mut list = sql.separated(", ");
+    for job in jobs.iter().take(MAX_PAGE as usize) {
+        list.push_bind(*job);
+    }
+    sql.push(") ORDER BY r.job, r.name");
+    sql
 }
 
 fn stored(row: &sqlx::sqlite::SqliteRow) -> Result<StoredResult, StoreError> {

@@ -93,6 +93,12 @@ async fn every_documented_call_answers_as_documented() {
     let document = live.ended(&job).await;
     assert_eq!(document["state"], "succeeded", "{document:#}");
     live.get("/v1/jobs?state=succeeded&kind=flatten&label.part_number=4711").await.expect(200);
+    // What happened to it: the events, for whom they are new, and the feed.
+    let events = format!("/v1/jobs/{job}/events");
+    let told = live.get(&events).await.expect(200).text();
+    let last = told.lines().filter_map(|line| line.strip_prefix("id: ")).next_back().unwrap().to_owned();
+    live.send(reqwest::Method::GET, &events, |r| r.header("Last-Event-ID", last)).await.expect(204);
+    live.get("/v1/feed?state=succeeded&kind=flatten&label.part_number=4711").await.expect(200);
     // Results: every link of the job leads somewhere, and so do the addresses without a suffix.
     for link in document["results"].as_array().unwrap() {
         let answer = live.get(link["href"].as_str().unwrap()).await.expect(200);

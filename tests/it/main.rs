@@ -7,7 +7,9 @@ mod formats_programs;
 mod support;
 
 mod api_calls;
+mod api_events;
 mod api_faults;
+mod api_feed;
 mod architecture;
 mod contract;
 mod queue_bounds;

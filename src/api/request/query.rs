@@ -136,6 +136,12 @@ impl Problem {
     pub(crate) fn query(name: &str, what: &str) -> Self {
         Self::new(Kind::BadRequest, format!("The query parameter `{name}` {what}."))
     }
+
+    /// A header whose value has no meaning.
+    #[must_use]
+    pub(crate) fn header(name: &str, what: &str) -> Self {
+        Self::new(Kind::BadRequest, format!("The header {name} {what}."))
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! A live service in this process: a real port, a real database in a folder of its own, and a runner that a test holds.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -33,7 +34,7 @@ pub(crate) struct Live {
     /// Cancelling this is what SIGTERM does first.
     pub(crate) draining: CancellationToken,
     stop: CancellationToken,
-    _directory: tempfile::TempDir,
+    directory: Option<tempfile::TempDir>,
 }
 
 impl Drop for Live {
@@ -58,8 +59,20 @@ impl Live {
     /// Starts a service.
     pub(crate) async fn start(runner: Arc<dyn Runner>, settings: &Settings) -> Self {
         let directory = tempfile::tempdir().unwrap();
-        let store = Store::open(directory.path(), Clock::system()).await.unwrap();
-        let machine = queue::Settings { most_waiting: u64::from(settings.max_queued), ..super::queue::settings() };
+        let mut live = Self::start_in(directory.path(), runner, settings, super::queue::settings()).await;
+        live.directory = Some(directory);
+        live
+    }
+
+    /// Starts a service on a folder, with a machine of its own settings.
+    pub(crate) async fn start_in(
+        directory: &Path,
+        runner: Arc<dyn Runner>,
+        settings: &Settings,
+        machine: queue::Settings,
+    ) -> Self {
+        let store = Store::open(directory, Clock::system()).await.unwrap();
+        let machine = queue::Settings { most_waiting: u64::from(settings.max_queued), ..machine };
         let queue = Queue::start(store.clone(), runner, machine).await.unwrap();
         let draining = CancellationToken::new();
         let app = App::new(store.clone(), queue.clone(), settings, draining.clone());
@@ -73,7 +86,7 @@ impl Live {
             idle: Duration::from_secs(settings.idle_timeout_s),
         };
         tokio::spawn(serve(listener, router(app), limits, stop.clone()));
-        Self { address, client: Client::new(), store, queue, draining, stop, _directory: directory }
+        Self { address, client: Client::new(), store, queue, draining, stop, directory: None }
     }
 
     /// Sends a request as it is built by `build`; the answer is held against the contract.

@@ -3,6 +3,7 @@
 pub(crate) mod api;
 pub(crate) mod child;
 pub(crate) mod contract;
+pub(crate) mod events;
 pub(crate) mod queue;
 pub(crate) mod service;
 
