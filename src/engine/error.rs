@@ -40,6 +40,8 @@ pub struct Place {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum SetValue {
+    /// Yes or no.
+    Flag(bool),
     /// A number.
     Number(f64),
     /// A word.

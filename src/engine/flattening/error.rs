@@ -55,6 +55,18 @@ pub enum FlatteningError {
     /// The mesh itself is at fault.
     #[error(transparent)]
     Mesh(#[from] MeshFault),
+    /// A piece of the mesh is at fault.
+    #[error("{}{fault}", if *pieces > 1 { format!("piece {} of {pieces}: ", piece + 1) } else { String::new() })]
+    Piece {
+        /// Which, counted from 0.
+        piece: u32,
+        /// How many pieces there are.
+        pieces: u32,
+        /// What is wrong with it, in the numbers of the whole mesh.
+        fault: MeshFault,
+        /// Where.
+        place: Box<Place>,
+    },
 }
 
 /// What helps most flattenings that fail.
@@ -68,13 +80,13 @@ impl Located for FlatteningError {
             Self::SeedOutOfRange { .. } => "seed-out-of-range",
             Self::SeedNotFound => "seed-not-found",
             Self::SeveralPieces { .. } => "several-pieces",
-            Self::Mesh(fault) => fault.code(),
+            Self::Mesh(fault) | Self::Piece { fault, .. } => fault.code(),
         }
     }
 
     fn place(&self) -> Place {
         match self {
-            Self::Flipped { place, .. } => (**place).clone(),
+            Self::Flipped { place, .. } | Self::Piece { place, .. } => (**place).clone(),
             Self::NoSeed { furthest, .. } => furthest.place(),
             Self::Mesh(fault) => fault.place(),
             _ => Place::default(),
@@ -97,6 +109,14 @@ impl Located for FlatteningError {
             ],
             Self::SeveralPieces { .. } => Vec::new(),
             Self::Mesh(fault) => fault.remedies(),
+            Self::Piece { fault, pieces, .. } => {
+                let mut remedies = fault.remedies();
+                if *pieces > 1 {
+                    let skip = Remedy::say("Leave out the pieces that cannot be flattened.");
+                    remedies.push(skip.with("skip_bad_pieces", SetValue::Flag(true)));
+                }
+                remedies
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Mesh;
+use super::{Mesh, Piece};
 use crate::engine::error::{Located, Place, Remedy};
 
 /// One fault of a mesh.
@@ -75,6 +75,33 @@ pub enum MeshFault {
         /// The edge's triangle.
         triangle: u32,
     },
+    /// A piece has no border.
+    #[error("the piece is closed: its {triangles} triangles have no border, so it cannot lie flat without a cut")]
+    Closed {
+        /// Its first triangle.
+        triangle: u32,
+        /// How many it has.
+        triangles: u32,
+    },
+    /// A piece has one side only.
+    #[error(
+        "the piece has one side only, as a Moebius band has: triangles {} and {} cannot be oriented alike",
+        triangles[0], triangles[1]
+    )]
+    NotOrientable {
+        /// The edge where two orientations meet.
+        vertices: [u32; 2],
+        /// Its triangles.
+        triangles: [u32; 2],
+    },
+    /// A piece has handles, as a torus has.
+    #[error("the piece has {handles} handle{}, as a cup has: it cannot lie flat without a cut", if *handles == 1 { "" } else { "s" })]
+    Handles {
+        /// How many.
+        handles: u32,
+        /// Its first triangle.
+        triangle: u32,
+    },
     /// Triangles of one piece meet at a vertex without sharing an edge there.
     #[error("vertex {vertex} is touched by {fans} separate fans of triangles")]
     PinchedVertex {
@@ -93,9 +120,11 @@ impl MeshFault {
             Self::VertexOutOfRange { triangle, .. }
             | Self::RepeatedVertex { triangle, .. }
             | Self::ZeroArea { triangle }
-            | Self::TJunction { triangle, .. } => Some(*triangle),
+            | Self::TJunction { triangle, .. }
+            | Self::Closed { triangle, .. }
+            | Self::Handles { triangle, .. } => Some(*triangle),
             Self::NonManifoldEdge { triangles, .. } => Some(triangles[0]),
-            Self::Orientation { triangles, .. } => Some(triangles[0]),
+            Self::Orientation { triangles, .. } | Self::NotOrientable { triangles, .. } => Some(triangles[0]),
             Self::TooLarge { .. } | Self::NotFinite { .. } | Self::PinchedVertex { .. } => None,
         }
     }
@@ -104,12 +133,16 @@ impl MeshFault {
     #[must_use]
     pub fn place_in(&self, mesh: &Mesh) -> Place {
         let vertices: &[u32] = match self {
-            Self::NonManifoldEdge { vertices, .. } | Self::Orientation { vertices, .. } => vertices,
+            Self::NonManifoldEdge { vertices, .. }
+            | Self::Orientation { vertices, .. }
+            | Self::NotOrientable { vertices, .. } => vertices,
             Self::RepeatedVertex { vertex, .. }
             | Self::TJunction { vertex, .. }
             | Self::NotFinite { vertex }
             | Self::PinchedVertex { vertex, .. } => std::slice::from_ref(vertex),
-            Self::ZeroArea { triangle } => mesh.triangles.get(*triangle as usize).map_or(&[], |t| t.as_slice()),
+            Self::ZeroArea { triangle } | Self::Closed { triangle, .. } | Self::Handles { triangle, .. } => {
+                mesh.triangles.get(*triangle as usize).map_or(&[], |t| t.as_slice())
+            }
             Self::TooLarge { .. } | Self::VertexOutOfRange { .. } => &[],
         };
         let mut place = Place { triangle: self.triangle(), ..Place::default() };
@@ -126,6 +159,32 @@ impl MeshFault {
         }
         place
     }
+
+    /// The same fault of a piece, with the numbers that vertices and triangles have in the whole mesh.
+    #[must_use]
+    pub fn in_whole(mut self, piece: &Piece) -> Self {
+        let of = |numbers: &[u32], own: &mut u32| *own = numbers.get(*own as usize).copied().unwrap_or(*own);
+        let (vertices, triangles): (&mut [u32], &mut [u32]) = match &mut self {
+            Self::TooLarge { .. } => (&mut [], &mut []),
+            Self::VertexOutOfRange { triangle, .. }
+            | Self::ZeroArea { triangle }
+            | Self::Closed { triangle, .. }
+            | Self::Handles { triangle, .. } => (&mut [], std::slice::from_mut(triangle)),
+            Self::RepeatedVertex { vertex, triangle } => (std::slice::from_mut(vertex), std::slice::from_mut(triangle)),
+            Self::NonManifoldEdge { vertices, triangles, .. } => (vertices, triangles),
+            Self::Orientation { vertices, triangles } | Self::NotOrientable { vertices, triangles } => {
+                (vertices, triangles)
+            }
+            Self::NotFinite { vertex } | Self::PinchedVertex { vertex, .. } => (std::slice::from_mut(vertex), &mut []),
+            Self::TJunction { vertex, vertices, triangle } => {
+                of(&piece.vertex_of, vertex);
+                (vertices, std::slice::from_mut(triangle))
+            }
+        };
+        vertices.iter_mut().for_each(|v| of(&piece.vertex_of, v));
+        triangles.iter_mut().for_each(|t| of(&piece.triangle_of, t));
+        self
+    }
 }
 
 impl Located for MeshFault {
@@ -140,6 +199,9 @@ impl Located for MeshFault {
             Self::ZeroArea { .. } => "mesh-zero-area",
             Self::TJunction { .. } => "mesh-t-junction",
             Self::PinchedVertex { .. } => "mesh-pinched-vertex",
+            Self::Closed { .. } => "mesh-closed",
+            Self::NotOrientable { .. } => "mesh-not-orientable",
+            Self::Handles { .. } => "mesh-handles",
         }
     }
 
@@ -154,6 +216,11 @@ impl Located for MeshFault {
             }
             Self::Orientation { .. } => {
                 vec![Remedy::say("Orient all triangles alike: anticlockwise seen from the show side.")]
+            }
+            Self::Closed { .. } | Self::NotOrientable { .. } | Self::Handles { .. } => {
+                vec![Remedy::say(
+                    "Cut the mesh open where a seam may run, so that each piece is a sheet with a border.",
+                )]
             }
             Self::TooLarge { .. } => vec![Remedy::say("Send a coarser mesh.")],
             _ => {

@@ -11,7 +11,7 @@ pub(crate) mod test_meshes;
 pub mod topology;
 
 pub use fault::MeshFault;
-pub use pieces::{Piece, pieces};
+pub use pieces::{Piece, check_sheet, pieces, sheet};
 pub use topology::Topology;
 
 /// A triangle mesh as struct of arrays.

@@ -60,18 +60,30 @@ impl Topology {
     /// # Errors
     /// As [`Topology::new`].
     pub fn of_triangles(triangles: &[[u32; 3]], vertex_count: usize) -> Result<Self, MeshFault> {
+        let (topology, mut faults) = Self::cut(triangles, vertex_count)?;
+        if faults.is_empty() { Ok(topology) } else { Err(faults.swap_remove(0)) }
+    }
+
+    /// The topology of triangles whose edges may be at fault: where more than two triangles share an edge, or two run
+    /// through it in the same direction, their half-edges have no twins, so that a border runs there, and each half-edge
+    /// counts as an edge of its own. The triangles are of one piece all the same. The faults come along, in the order of
+    /// their least half-edge.
+    ///
+    /// # Errors
+    /// [`MeshFault::TooLarge`], [`MeshFault::VertexOutOfRange`] and [`MeshFault::RepeatedVertex`]: there are no edges then.
+    pub fn cut(triangles: &[[u32; 3]], vertex_count: usize) -> Result<(Self, Vec<MeshFault>), MeshFault> {
         check_corners(triangles, vertex_count)?;
         let mut topology = Self { triangles: triangles.to_vec(), vertex_count, ..Self::default() };
-        topology.pair_halfedges()?;
+        let (faults, joints) = topology.pair_halfedges();
         topology.number_edges();
-        topology.join_pieces();
+        topology.join_pieces(&joints);
         topology.chain_borders();
         let mut used = vec![false; vertex_count];
         for &v in triangles.as_flattened() {
             used[v as usize] = true;
         }
         topology.used_vertices = used.iter().filter(|&&u| u).count();
-        Ok(topology)
+        Ok((topology, faults))
     }
 
     /// The triangles' corners.
@@ -171,8 +183,31 @@ impl Topology {
         self.used_vertices as i64 - self.edges.len() as i64 + self.triangles.len() as i64
     }
 
-    /// Sorts half-edges by (lesser vertex, greater vertex), stable, and couples those that share both.
-    fn pair_halfedges(&mut self) -> Result<(), MeshFault> {
+    /// How many fans of triangles there are round the vertices: as many as used vertices, and more where fans of one
+    /// vertex do not share an edge there.
+    #[must_use]
+    pub fn fan_count(&self) -> usize {
+        let mut seen = vec![false; self.twin.len()];
+        let mut fans = 0;
+        // A fan at the border begins with its border half-edge; what is left then is closed.
+        for border in [true, false] {
+            for first in 0..self.twin.len() as u32 {
+                if seen[first as usize] || (border && self.twin(first) != NONE) {
+                    continue;
+                }
+                fans += 1;
+                let mut h = first;
+                while h != NONE && !std::mem::replace(&mut seen[h as usize], true) {
+                    h = self.twin(prev(h));
+                }
+            }
+        }
+        fans
+    }
+
+    /// Sorts half-edges by (lesser vertex, greater vertex), stable, and couples those that share both. Gives the edges at
+    /// fault, and pairs of triangles that share one.
+    fn pair_halfedges(&mut self) -> (Vec<MeshFault>, Vec<[u32; 2]>) {
         let corners = self.triangles.as_flattened();
         let ends = |h: u32| -> (u32, u32) {
             let (a, b) = (corners[h as usize], corners[next(h) as usize]);
@@ -183,8 +218,8 @@ impl Topology {
         let by_greater = counting_sort(&identity, self.vertex_count, |h| ends(h).1);
         let sorted = counting_sort(&by_greater, self.vertex_count, |h| ends(h).0);
         let mut twin = vec![NONE; count];
-        // The fault reported is the one at the least half-edge, whatever the numbering of the vertices.
-        let mut fault: Option<(u32, MeshFault)> = None;
+        let mut faults: Vec<(u32, MeshFault)> = Vec::new();
+        let mut joints = Vec::new();
         let mut i = 0;
         while i < count {
             let key = ends(sorted[i]);
@@ -211,15 +246,16 @@ impl Topology {
                     count: count as u32,
                 }),
             };
-            if let Some(found) = found
-                && fault.as_ref().is_none_or(|(at, _)| h < *at)
-            {
-                fault = Some((h, found));
+            if let Some(found) = found {
+                faults.push((h, found));
+                joints.extend(sorted[i..j].windows(2).map(|pair| [pair[0] / 3, pair[1] / 3]));
             }
             i = j;
         }
         self.twin = twin;
-        fault.map_or(Ok(()), |(_, fault)| Err(fault))
+        // By the least half-edge, whatever the numbering of the vertices.
+        faults.sort_by_key(|(at, _)| *at);
+        (faults.into_iter().map(|(_, fault)| fault).collect(), joints)
     }
 
     fn number_edges(&mut self) {
@@ -235,8 +271,11 @@ impl Topology {
         }
     }
 
-    fn join_pieces(&mut self) {
+    /// Pieces by the twins, and by the pairs of triangles that share an edge without being twins.
+    fn join_pieces(&mut self, joints: &[[u32; 2]]) {
         self.piece_of = vec![NONE; self.triangles.len()];
+        let mut joined: Vec<[u32; 2]> = joints.iter().flat_map(|&[a, b]| [[a, b], [b, a]]).collect();
+        joined.sort_unstable();
         let mut open = Vec::new();
         for first in 0..self.triangles.len() as u32 {
             if self.piece_of[first as usize] != NONE {
@@ -252,6 +291,13 @@ impl Topology {
                     if twin != NONE && self.piece_of[(twin / 3) as usize] == NONE {
                         self.piece_of[(twin / 3) as usize] = piece;
                         open.push(twin / 3);
+                    }
+                }
+                let from = joined.partition_point(|pair| pair[0] < t);
+                for &[_, other] in joined[from..].iter().take_while(|pair| pair[0] == t) {
+                    if self.piece_of[other as usize] == NONE {
+                        self.piece_of[other as usize] = piece;
+                        open.push(other);
                     }
                 }
             }
@@ -411,6 +457,18 @@ mod tests {
             Topology::of_triangles(&[[0, 1, 2], [2, 1, 2]], 3),
             Err(MeshFault::RepeatedVertex { triangle: 1, vertex: 2 })
         );
+    }
+
+    #[test]
+    fn a_mesh_with_faults_is_cut_there_and_stays_one_piece() {
+        let (topology, faults) = Topology::cut(&[[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 1, 5], [2, 5, 1]], 6).unwrap();
+        assert_eq!(faults.len(), 2);
+        assert!(matches!(faults[0], MeshFault::NonManifoldEdge { vertices: [0, 1], count: 3, .. }));
+        assert!(matches!(faults[1], MeshFault::NonManifoldEdge { vertices: [1, 2], count: 3, .. }));
+        assert_eq!(topology.piece_of(), [0; 5]);
+        assert_eq!((topology.twin(0), topology.twin(1)), (NONE, NONE));
+        assert_ne!(topology.twin(10), NONE);
+        assert_eq!(Topology::cut(&[[0, 1, 2], [0, 1, 3]], 4).unwrap().1.len(), 1);
     }
 
     #[test]

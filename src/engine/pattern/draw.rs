@@ -113,18 +113,23 @@ pub fn draw(input: &DrawInput<'_>, observer: &dyn Observer) -> Result<Drawn, Eng
         .collect();
     let high = pieces.iter().flat_map(|p| &p.outline.points).fold(DVec2::ZERO, |m, p| m.max(*p));
     let pattern = Pattern { pieces, bounding_box_mm: high.to_array() };
+    let placement = placement_report(input.placement, &transform);
+    let boundary = drawn_loops.into_iter().map(|l| tracer.lengths(l)).collect::<Result<_, _>>()?;
+    Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
+}
+
+/// How the pattern lies: the motion of the first piece.
+pub(super) fn placement_report(placement: &Placement, transform: &Transform) -> PlacementReport {
     let first = transform.motions.first().copied().unwrap_or_default();
-    let placement = PlacementReport {
-        side_up: match input.placement.view {
+    PlacementReport {
+        side_up: match placement.view {
             View::Show => "show".into(),
             View::Back => "back".into(),
         },
         mirrored: transform.mirrored,
         rotation_deg: first.rotation.to_angle().to_degrees(),
         origin_mm: first.origin.to_array(),
-    };
-    let boundary = drawn_loops.into_iter().map(|l| tracer.lengths(l)).collect::<Result<_, _>>()?;
-    Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
+    }
 }
 
 /// The chord tolerance in millimetres.
@@ -163,8 +168,17 @@ fn transform(
         let rotation = rotation(input, map, piece as u32, middle, mirrored)?;
         transform.motions.push(Motion { rotation, origin: DVec2::ZERO });
     }
-    let mut boxes = vec![[DVec2::INFINITY, DVec2::NEG_INFINITY]; count];
-    for (outline, _) in sheets {
+    lay_out(&mut transform, sheets.iter().map(|(outline, _)| outline));
+    if count > 1 {
+        transform.motion_of = map.pieces_of_vertices();
+    }
+    Ok(transform)
+}
+
+/// Gives each motion the origin that lays its piece from (0, 0) on beside the one before.
+pub(super) fn lay_out<'a>(transform: &mut Transform, outlines: impl Iterator<Item = &'a FlatLoop>) {
+    let mut boxes = vec![[DVec2::INFINITY, DVec2::NEG_INFINITY]; transform.motions.len()];
+    for outline in outlines {
         let [low, high] = &mut boxes[outline.piece as usize];
         for &p in &outline.points {
             let p = transform.point(p, outline.piece as usize);
@@ -179,10 +193,6 @@ fn transform(
             x += high.x - low.x + GAP * widest;
         }
     }
-    if count > 1 {
-        transform.motion_of = map.pieces_of_vertices();
-    }
-    Ok(transform)
 }
 
 /// The rotation of one piece of the mesh, `middle` being the area centroid of what of the part lies in it.
@@ -201,7 +211,7 @@ fn rotation(
 }
 
 /// A loop where it lies in the pattern, outlines anticlockwise and holes clockwise, from its first point on.
-fn contour(flat: &FlatLoop, transform: &Transform, anticlockwise: bool) -> Contour {
+pub(super) fn contour(flat: &FlatLoop, transform: &Transform, anticlockwise: bool) -> Contour {
     let mut points: Vec<DVec2> = flat.points.iter().map(|&p| transform.point(p, flat.piece as usize)).collect();
     let mut corners = flat.corners.clone();
     if (signed_area(&points) > 0.0) != anticlockwise {
@@ -212,13 +222,13 @@ fn contour(flat: &FlatLoop, transform: &Transform, anticlockwise: bool) -> Conto
 }
 
 /// Area of a closed polygon, positive when it is anticlockwise. Relative to its first point, so that place costs no digits.
-fn signed_area(points: &[DVec2]) -> f64 {
+pub(super) fn signed_area(points: &[DVec2]) -> f64 {
     let Some(&origin) = points.first() else { return 0.0 };
     points.windows(2).map(|w| 0.5 * (w[0] - origin).perp_dot(w[1] - origin)).sum()
 }
 
 /// Sizes and counts of a pattern.
-fn report(pattern: &Pattern) -> PatternReport {
+pub(super) fn report(pattern: &Pattern) -> PatternReport {
     let contours = || pattern.pieces.iter().flat_map(|p| std::iter::once(&p.outline).chain(&p.holes));
     let perimeter = |c: &Contour| -> f64 {
         let next = c.points.iter().skip(1).chain(c.points.first());

@@ -11,6 +11,7 @@ mod draw;
 mod flat_map;
 mod lengths;
 mod locator;
+mod of_mesh;
 mod outline;
 mod part;
 mod placement;
@@ -19,6 +20,7 @@ mod tests;
 
 pub use draw::{DEFAULT_CURVE_TOLERANCE, DrawInput, Drawn, draw};
 pub use locator::{Located, Locator};
+pub use of_mesh::{MeshDrawInput, draw_mesh};
 pub use part::triangles_of_part;
 pub use placement::{Align, Motion, Placement, Transform, View};
 

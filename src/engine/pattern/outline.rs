@@ -246,7 +246,7 @@ fn distance_to_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
 
 /// A closed polyline without the points that a chord within `tolerance` can replace, and without repeated ones. The first
 /// point and all corners stay.
-fn thinned(
+pub(super) fn thinned(
     points: &[DVec2],
     corners: &[bool],
     tolerance: f64,

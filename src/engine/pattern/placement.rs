@@ -25,10 +25,10 @@ pub enum View {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Align {
-    /// The surface's u direction at the part's area centroid.
+    /// The surface's u direction at the part's area centroid; on a mesh, which has none, the x axis of space.
     #[default]
     U,
-    /// Its v direction there.
+    /// Its v direction there; on a mesh the y axis.
     V,
     /// A direction in the domain.
     Uv([f64; 2]),
@@ -105,7 +105,7 @@ fn unit_at(degrees: f64) -> DVec2 {
 }
 
 /// A direction whose part in the tangent plane is less than this of its length is refused: what is left is rounding or chance.
-const IN_PLANE: f64 = 1e-3;
+pub(super) const IN_PLANE: f64 = 1e-3;
 
 /// How far into the domain a place is moved that has no tangent plane.
 const OFF_POLE: f64 = 1e-3;

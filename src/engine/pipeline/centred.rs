@@ -6,6 +6,7 @@ use super::{Failure, Outcome};
 use crate::engine::distortion::{DistortionMeasures, Report};
 use crate::engine::error::{EngineError, Place};
 use crate::engine::flattening::FlatteningError;
+use crate::engine::mesh::Mesh;
 use crate::engine::triangulation::TriangulationError;
 use crate::engine::trimming::{TrimmedSurface, TrimmingError};
 
@@ -13,6 +14,13 @@ use crate::engine::trimming::{TrimmedSurface, TrimmingError};
 pub(super) struct Centred {
     /// The surface.
     pub part: TrimmedSurface,
+    /// The way back.
+    pub home: Home,
+}
+
+/// The way back to where a surface really is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Home {
     /// What was subtracted, mm.
     pub offset: DVec3,
 }
@@ -26,9 +34,21 @@ impl Centred {
             loops: surface.loops.clone(),
             side: surface.side,
         };
-        Self { part, offset }
+        Self { part, home: Home { offset } }
     }
+}
 
+/// A mesh whose box is centred at the origin.
+pub(super) fn centred_mesh(mesh: &Mesh) -> (Mesh, Home) {
+    let places = || mesh.positions.iter().copied();
+    let (Some(low), Some(high)) = (places().reduce(DVec3::min), places().reduce(DVec3::max)) else {
+        return (mesh.clone(), Home { offset: DVec3::ZERO });
+    };
+    let offset = low.midpoint(high);
+    (Mesh { positions: places().map(|p| p - offset).collect(), ..mesh.clone() }, Home { offset })
+}
+
+impl Home {
     /// The outcome where the surface really is.
     pub(super) fn outcome_back(&self, mut outcome: Outcome) -> Outcome {
         for p in &mut outcome.mesh.positions {
@@ -80,7 +100,7 @@ impl Centred {
 
     fn flattening_back(&self, error: &mut FlatteningError) {
         match error {
-            FlatteningError::Flipped { place, .. } => self.place_back(place),
+            FlatteningError::Flipped { place, .. } | FlatteningError::Piece { place, .. } => self.place_back(place),
             FlatteningError::NoSeed { furthest, .. } => self.flattening_back(furthest),
             _ => {}
         }

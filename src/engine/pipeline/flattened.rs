@@ -10,7 +10,7 @@ use crate::engine::distortion::SeedSearchReport;
 use crate::engine::error::EngineError;
 use crate::engine::flattening::{FlatteningError, LevelCounts, SeedChoice, cader};
 use crate::engine::job::JobOptions;
-use crate::engine::mesh::{Mesh, Piece, Topology, pieces};
+use crate::engine::mesh::{Mesh, MeshFault, Piece, Topology, check_sheet, pieces, sheet as sheet_of};
 use crate::engine::seed::{locate, search};
 
 /// Meshes of at most so many triangles have every seed tried when none is named: the search takes time with the square
@@ -49,17 +49,26 @@ impl From<EngineError> for Stopped {
     }
 }
 
-/// Flattens all pieces of the mesh. `part` marks the triangles that the seed's choice is judged by.
-pub(super) fn flatten(
-    meshed: &Meshed,
-    options: &JobOptions,
-    centred: &Centred,
-    part: Option<&[bool]>,
-    observer: &dyn Observer,
-) -> Result<Laid, Stopped> {
-    let mesh = &meshed.lifted.mesh;
-    let all = if meshed.topology.piece_count() == 1 { vec![whole(mesh)] } else { pieces(mesh, &meshed.topology) };
-    let named = named_seed(meshed, options, centred, part)?;
+/// What is to be flattened.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sheet<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// Its topology.
+    pub topology: &'a Topology,
+    /// True when no edge of the mesh is at fault.
+    pub sound: bool,
+    /// The seed as a triangle of the whole mesh, where one is named.
+    pub seed: Option<u32>,
+    /// The triangles that the seed's choice is judged by; `None`: all.
+    pub part: Option<&'a [bool]>,
+}
+
+/// Flattens all pieces of the mesh. That each can be flattened is looked at before any is.
+pub(super) fn flatten(sheet: &Sheet, options: &JobOptions, observer: &dyn Observer) -> Result<Laid, Stopped> {
+    let mesh = sheet.mesh;
+    let several = sheet.topology.piece_count() > 1;
+    let all = if several { pieces(mesh, sheet.topology) } else { vec![whole(mesh)] };
     let mut laid = Laid {
         flat: vec![DVec2::NAN; mesh.positions.len()],
         seed: 0,
@@ -70,35 +79,79 @@ pub(super) fn flatten(
         search: None,
         warnings: Vec::new(),
     };
-    let several = all.len() > 1;
+    let mut first_error = None;
+    let mut left_out = |laid: &mut Laid, number: usize, error: FlatteningError| -> Result<(), FlatteningError> {
+        if !(several && options.skip_bad_pieces) {
+            return Err(error);
+        }
+        laid.warnings.push(format!("piece {} is left out: {}", number + 1, reason(&error)));
+        first_error.get_or_insert(error);
+        Ok(())
+    };
+    let mut topologies = Vec::with_capacity(all.len());
     for (number, piece) in all.iter().enumerate() {
         observer.check()?;
-        let own_topology;
-        let topology = if several {
-            own_topology = Topology::new(&piece.mesh).map_err(|e| EngineError::from(FlatteningError::from(e)))?;
-            &own_topology
-        } else {
-            &meshed.topology
+        let own = match (several, sheet.sound) {
+            (false, true) => check_sheet(sheet.topology).map(|()| None),
+            _ => sheet_of(&piece.mesh).map(Some),
         };
+        let own = own.map_err(|fault| piece_fault(fault, piece, number, all.len()));
+        match own {
+            Ok(own) => topologies.push((number, own)),
+            Err(error) => left_out(&mut laid, number, error).map_err(EngineError::from)?,
+        }
+    }
+    let mut lie = 0;
+    for (number, own) in &topologies {
+        let piece = &all[*number];
+        observer.check()?;
         // A seed that names a triangle belongs to one piece; the others take the default.
-        let own = named.and_then(|seed| piece.triangle_of.binary_search(&seed).ok()).map(|seed| seed as u32);
-        let job = PieceJob { piece, topology, options, part, seed: own, first: number == 0 };
-        let (flat, error) = job.flatten(observer, &mut laid)?;
-        if let Some(error) = error {
-            if several && options.skip_bad_pieces {
-                laid.warnings.push(format!("piece {number} is left out: {error}"));
+        let seed = sheet.seed.and_then(|seed| piece.triangle_of.binary_search(&seed).ok()).map(|seed| seed as u32);
+        let topology = own.as_ref().unwrap_or(sheet.topology);
+        let job = PieceJob { piece, topology, options, part: sheet.part, seed, first: lie == 0 };
+        let (flat, error) = match job.flatten(observer, &mut laid) {
+            Ok(done) => done,
+            Err(EngineError::Flattening(FlatteningError::Mesh(fault))) => {
+                let error = piece_fault(fault, piece, *number, all.len());
+                left_out(&mut laid, *number, error).map_err(EngineError::from)?;
                 continue;
             }
-            place_piece(&mut laid.flat, piece, &flat);
-            return Err(Stopped { error: whole_mesh(error, piece).into(), partial: Some(Box::new(laid)) });
+            Err(error) => return Err(error.into()),
+        };
+        if let Some(error) = error {
+            if let Err(error) = left_out(&mut laid, *number, whole_mesh(error, piece)) {
+                place_piece(&mut laid.flat, piece, &flat);
+                return Err(Stopped { error: error.into(), partial: Some(Box::new(laid)) });
+            }
+            continue;
         }
+        lie += 1;
         place_piece(&mut laid.flat, piece, &flat);
     }
-    Ok(laid)
+    match first_error {
+        Some(error) if lie == 0 => Err(EngineError::from(error).into()),
+        _ => Ok(laid),
+    }
+}
+
+/// Why a piece is left out, without its number.
+fn reason(error: &FlatteningError) -> String {
+    match error {
+        FlatteningError::Piece { fault, .. } => fault.to_string(),
+        other => other.to_string(),
+    }
+}
+
+/// The fault of a piece in the numbers of the whole mesh, with its place.
+fn piece_fault(fault: MeshFault, piece: &Piece, number: usize, pieces: usize) -> FlatteningError {
+    let mut place = fault.place_in(&piece.mesh);
+    let fault = fault.in_whole(piece);
+    place.triangle = fault.triangle();
+    FlatteningError::Piece { piece: number as u32, pieces: pieces as u32, fault, place: Box::new(place) }
 }
 
 /// The seed as a triangle of the whole mesh, where the options name one.
-fn named_seed(
+pub(super) fn named_seed(
     meshed: &Meshed,
     options: &JobOptions,
     centred: &Centred,
@@ -115,7 +168,7 @@ fn named_seed(
             };
             locate::by_uv(domain, DVec2::from(uv))?
         }
-        Some(SeedChoice::Xyz(xyz)) => locate::by_xyz(mesh, DVec3::from(xyz) - centred.offset)?,
+        Some(SeedChoice::Xyz(xyz)) => locate::by_xyz(mesh, DVec3::from(xyz) - centred.home.offset)?,
         Some(SeedChoice::Centre) if meshed.topology.piece_count() == 1 => locate::centre(mesh, part)?,
         Some(SeedChoice::Centre | SeedChoice::Optimum) | None => return Ok(None),
     };

@@ -1,4 +1,5 @@
-//! The whole way from a trimmed surface to its pattern: the one function that a worker and the command line call.
+//! The whole way from a surface to its pattern: the one function that a worker and the command line call. A trimmed
+//! surface is meshed first; a mesh is worked on as it is.
 //!
 //! The surface is moved so that its net's centre is the origin before anything is computed (coordinates far from the
 //! origin would cost digits) and everything that comes out is moved back. Stages are announced to the observer as they
@@ -7,6 +8,7 @@
 mod centred;
 mod flattened;
 mod meshed;
+mod of_mesh;
 mod piecewise;
 mod reports;
 mod survey;
@@ -19,13 +21,45 @@ use super::error::EngineError;
 use super::job::{JobKind, JobOptions};
 use super::mesh::Mesh;
 use super::pattern::{self, DrawInput, Locator, Pattern};
-use super::trimming::TrimmedSurface;
+use super::trimming::{Side, TrimmedSurface};
 use centred::Centred;
+use flattened::Sheet;
 use meshed::Meshed;
 
 pub use flattened::OPTIMUM_UP_TO;
 pub use meshed::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, MAX_GRID};
 pub use survey::{Survey, survey};
+
+/// A mesh as a surface that a job works on: its vertices welded, its triangles oriented alike as far as they can be (see
+/// [`super::mesh::assembly`]).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SurfaceMesh {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// The show side: `normal` is the side from which its triangles are anticlockwise.
+    pub side: Side,
+}
+
+/// What a job works on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Input<'a> {
+    /// A trimmed surface.
+    Trimmed(&'a TrimmedSurface),
+    /// A mesh.
+    Mesh(&'a SurfaceMesh),
+}
+
+impl<'a> From<&'a TrimmedSurface> for Input<'a> {
+    fn from(surface: &'a TrimmedSurface) -> Self {
+        Self::Trimmed(surface)
+    }
+}
+
+impl<'a> From<&'a SurfaceMesh> for Input<'a> {
+    fn from(surface: &'a SurfaceMesh) -> Self {
+        Self::Mesh(surface)
+    }
+}
 
 /// Everything that a job results in.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -65,24 +99,38 @@ impl From<EngineError> for Failure {
 ///
 /// # Errors
 /// [`Failure`] with the engine's error and, where a flattening stopped half-way, the mesh with what was flattened.
-pub fn run(
+pub fn run<'a>(
     kind: JobKind,
-    surface: &TrimmedSurface,
+    surface: impl Into<Input<'a>>,
     options: &JobOptions,
     observer: &dyn Observer,
 ) -> Result<Outcome, Failure> {
     observer.enter(Stage::Preparation);
     observer.check()?;
+    match surface.into() {
+        Input::Trimmed(surface) => of_surface(kind, surface, options, observer),
+        Input::Mesh(surface) => of_mesh::run(kind, surface, options, observer),
+    }
+}
+
+/// The work on a trimmed surface.
+fn of_surface(
+    kind: JobKind,
+    surface: &TrimmedSurface,
+    options: &JobOptions,
+    observer: &dyn Observer,
+) -> Result<Outcome, Failure> {
     let centred = Centred::new(surface);
-    let meshed = Meshed::new(kind, &centred, options, observer).map_err(|error| centred.failure_back(error.into()))?;
+    let meshed =
+        Meshed::new(kind, &centred, options, observer).map_err(|error| centred.home.failure_back(error.into()))?;
     match kind {
         JobKind::Triangulate => match triangulated(&meshed, observer) {
-            Ok(outcome) => Ok(centred.outcome_back(outcome)),
+            Ok(outcome) => Ok(centred.home.outcome_back(outcome)),
             Err(error) => Err(error.into()),
         },
         JobKind::Flatten => match flatten(&meshed, options, &centred, observer) {
-            Ok(outcome) => Ok(centred.outcome_back(outcome)),
-            Err(failure) => Err(centred.failure_back(failure)),
+            Ok(outcome) => Ok(centred.home.outcome_back(outcome)),
+            Err(failure) => Err(centred.home.failure_back(failure)),
         },
     }
 }
@@ -116,7 +164,14 @@ fn flatten(
         pattern::triangles_of_part(&meshed.lifted, &locator, &meshed.region, observer)?
     };
     let part = Some(inside.as_slice()).filter(|inside| inside.contains(&false));
-    let laid = flattened::flatten(meshed, options, centred, part, observer).map_err(|stopped| {
+    let sheet = Sheet {
+        mesh: &meshed.lifted.mesh,
+        topology: &meshed.topology,
+        sound: true,
+        seed: flattened::named_seed(meshed, options, centred, part)?,
+        part,
+    };
+    let laid = flattened::flatten(&sheet, options, observer).map_err(|stopped| {
         let partial = stopped.partial.and_then(|laid| {
             // Nobody reads what there is of a job that was cancelled meanwhile.
             let mut outcome = triangulated(meshed, observer).ok()?;

@@ -9,7 +9,7 @@ use crate::engine::distortion::{self, AspectRatio, FlatteningReport, Triangulati
 use crate::engine::error::EngineError;
 use crate::engine::flattening::{FlatteningDomain, FlatteningMethod};
 use crate::engine::job::JobOptions;
-use crate::engine::mesh::{Mesh, measures};
+use crate::engine::mesh::{Mesh, Topology, measures};
 use crate::engine::triangulation::{observed_area, observed_chord_error};
 
 /// The mesh.
@@ -34,6 +34,23 @@ pub(super) fn triangulation(meshed: &Meshed, observer: &dyn Observer) -> Result<
         pieces: topology.piece_count() as u64,
         aspect_ratio: AspectRatio::of(mesh),
     })
+}
+
+/// A mesh that is the surface itself: nothing lies between the two, and no grid was laid.
+pub(super) fn of_mesh(mesh: &Mesh, topology: &Topology) -> TriangulationReport {
+    let area_mm2 = measures::total_area(mesh);
+    TriangulationReport {
+        vertices: mesh.positions.len() as u64,
+        edges: topology.edge_count() as u64,
+        triangles: mesh.triangles.len() as u64,
+        area_mm2,
+        surface_area_mm2: area_mm2,
+        edge_max_mm: measures::edge_lengths(mesh, topology).into_iter().fold(0.0, f64::max),
+        borders: topology.border_count() as u64,
+        pieces: topology.piece_count() as u64,
+        aspect_ratio: AspectRatio::of(mesh),
+        ..TriangulationReport::default()
+    }
 }
 
 /// The flattening.

@@ -54,7 +54,7 @@ pub fn survey(surface: &TrimmedSurface, trims: &CheckedTrims) -> Result<Survey, 
     let lines = density::plan(&input, &Unobserved)?;
     let domain = trace(&lines, &region, &Unobserved)?.triangulate(Configuration::Regular, 0)?;
     Ok(Survey {
-        bounding_box: [low + centred.offset, high + centred.offset],
+        bounding_box: [low + centred.home.offset, high + centred.home.offset],
         diagonal,
         area: trimmed_area(base, &domain),
     })

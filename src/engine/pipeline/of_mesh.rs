@@ -1,0 +1,173 @@
+//! The way of a mesh: it is its own triangulation, so the work begins with the seed and ends with a pattern whose outlines
+//! are the mesh's borders.
+//!
+//! A mesh has no domain: a seed or a direction in (u, v) is refused, settings of the triangulation have no effect and
+//! are reported as such. Pieces that are no sheets (closed, one-sided, with handles, or with an edge of three triangles)
+//! fail a flattening before it begins; a triangulation gives them back with their measures.
+
+use glam::DVec3;
+
+use super::centred::centred_mesh;
+use super::flattened::{self, Laid, Sheet};
+use super::{Failure, Outcome, SurfaceMesh, reports};
+use crate::engine::budget::{Observer, Stage};
+use crate::engine::distortion::{self, DistortionReport, FlatteningReport, Report};
+use crate::engine::error::EngineError;
+use crate::engine::flattening::{FlatteningError, SeedChoice};
+use crate::engine::job::{JobKind, JobOptions};
+use crate::engine::mesh::{Mesh, MeshFault, Topology};
+use crate::engine::pattern::{self, MeshDrawInput};
+use crate::engine::seed::locate;
+use crate::engine::triangulation::{TriangulationError, TriangulationOptions};
+
+/// A mesh at the origin with what every job needs of it.
+struct Ready<'a> {
+    mesh: &'a Mesh,
+    topology: Topology,
+    /// Edges of more than two triangles, and edges across which triangles cannot agree.
+    faults: Vec<MeshFault>,
+    warnings: Vec<String>,
+}
+
+/// Does the work of a job on a mesh.
+pub(super) fn run(
+    kind: JobKind,
+    surface: &SurfaceMesh,
+    options: &JobOptions,
+    observer: &dyn Observer,
+) -> Result<Outcome, Failure> {
+    let (mesh, home) = centred_mesh(&surface.mesh);
+    let ready = ready(&mesh, options)?;
+    observer.check()?;
+    match kind {
+        JobKind::Triangulate => Ok(home.outcome_back(meshed(&ready, options))),
+        JobKind::Flatten => {
+            let seed = named_seed(&ready, options, home.offset)?;
+            flatten(&ready, surface, seed, options, observer)
+                .map(|outcome| home.outcome_back(outcome))
+                .map_err(|failure| home.failure_back(failure))
+        }
+    }
+}
+
+fn ready<'a>(mesh: &'a Mesh, options: &JobOptions) -> Result<Ready<'a>, EngineError> {
+    if mesh.triangles.is_empty() {
+        return Err(TriangulationError::NoArea.into());
+    }
+    let (topology, faults) = Topology::cut(&mesh.triangles, mesh.positions.len()).map_err(FlatteningError::from)?;
+    let mut warnings = Vec::new();
+    if options.triangulation != TriangulationOptions::default() {
+        warnings.push("the settings under `triangulation` have no effect: the surface is a mesh already".to_owned());
+    }
+    Ok(Ready { mesh, topology, faults, warnings })
+}
+
+/// The seed as a triangle of the mesh, where the options name one.
+fn named_seed(ready: &Ready, options: &JobOptions, offset: DVec3) -> Result<Option<u32>, EngineError> {
+    let seed = match options.flattening.seed {
+        Some(SeedChoice::Index(seed)) => locate::by_index(ready.mesh, seed)?,
+        Some(SeedChoice::Xyz(xyz)) => locate::by_xyz(ready.mesh, DVec3::from(xyz) - offset)?,
+        Some(SeedChoice::Uv(_)) => {
+            return Err(EngineError::Parameter {
+                name: "flattening.seed".into(),
+                detail: "a mesh has no (u, v): name the seed by a triangle's index, by { \"xyz\": [x, y, z] }, as \
+                         `centre` or as `optimum`"
+                    .into(),
+            });
+        }
+        Some(SeedChoice::Centre | SeedChoice::Optimum) | None => return Ok(None),
+    };
+    Ok(Some(seed))
+}
+
+/// The outcome of a job that ends with the mesh.
+fn meshed(ready: &Ready, options: &JobOptions) -> Outcome {
+    Outcome {
+        mesh: ready.mesh.clone(),
+        normals: normals(ready.mesh),
+        report: Report {
+            triangulation: reports::of_mesh(ready.mesh, &ready.topology),
+            warnings: ready.warnings.clone(),
+            ..Report::default()
+        },
+        options: options.clone(),
+        ..Outcome::default()
+    }
+}
+
+/// The outcome of a job that goes on to the pattern.
+fn flatten(
+    ready: &Ready,
+    surface: &SurfaceMesh,
+    seed: Option<u32>,
+    options: &JobOptions,
+    observer: &dyn Observer,
+) -> Result<Outcome, Failure> {
+    let (mesh, topology) = (ready.mesh, &ready.topology);
+    let sheet = Sheet { mesh, topology, sound: ready.faults.is_empty(), seed, part: None };
+    let laid = flattened::flatten(&sheet, options, observer).map_err(|stopped| {
+        let partial = stopped.partial.map(|laid| {
+            let mut outcome = meshed(ready, options);
+            outcome.strain_percent = Some(reports::strains(mesh, &laid.flat));
+            outcome.report.flattening = Some(report(mesh, &laid, options));
+            outcome.report.seed_search.clone_from(&laid.search);
+            outcome.options.flattening.seed = laid.seed_choice;
+            outcome.flat = Some(laid.flat);
+            Box::new(outcome)
+        });
+        Failure { error: stopped.error, partial }
+    })?;
+    observer.enter(Stage::Pattern);
+    observer.check()?;
+    let drawn = pattern::draw_mesh(
+        &MeshDrawInput {
+            mesh,
+            topology,
+            side: surface.side,
+            flat: &laid.flat,
+            placement: &options.placement,
+            curve_tolerance_mm: options.curve_tolerance_mm,
+        },
+        observer,
+    )?;
+    let flat = drawn.transform.apply(&laid.flat);
+    observer.check()?;
+    let measures = distortion::measure(mesh, topology, &flat, None, options.thresholds);
+    observer.check()?;
+    let verdict = distortion::verdict(&options.limits, &measures, &drawn.boundary);
+    let mut outcome = meshed(ready, options);
+    outcome.report.warnings.extend(laid.warnings.iter().cloned());
+    outcome.options.flattening.seed = laid.seed_choice;
+    outcome.strain_percent = Some(reports::strains(mesh, &flat));
+    outcome.report.flattening = Some(report(mesh, &laid, options));
+    outcome.report.seed_search = laid.search;
+    outcome.report.placement = Some(drawn.placement);
+    outcome.report.verdict = Some(verdict);
+    outcome.report.distortion =
+        Some(DistortionReport { part: measures, base: None, boundary: drawn.boundary, thresholds: options.thresholds });
+    outcome.report.pattern = Some(drawn.report);
+    outcome.pattern = Some(drawn.pattern);
+    outcome.flat = Some(flat);
+    Ok(outcome)
+}
+
+/// The flattening: of the mesh itself, since there is no base surface behind it.
+fn report(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> FlatteningReport {
+    FlatteningReport { domain: "trimmed".to_owned(), ..reports::flattening(mesh, laid, options) }
+}
+
+/// Unit normals at the vertices: the mean of those of the triangles, weighted by their areas; zero where they cancel.
+fn normals(mesh: &Mesh) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
+    for corners in &mesh.triangles {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+        let normal = (b - a).cross(c - a);
+        for &v in corners {
+            normals[v as usize] += normal;
+        }
+    }
+    for normal in &mut normals {
+        *normal = normal.normalize_or_zero();
+    }
+    normals
+}
