@@ -1,10 +1,13 @@
 //! The accept loop: HTTP/1.1 over TCP with a bound on everything that a client could hold open.
 //!
 //! - At most `connections` are open; the next ones wait in the kernel's backlog and are accepted when one closes.
-//! - A connection must send its first byte within `first_byte` (hyper's own timer starts only after it) and a whole
-//!   header within `header`.
+//! - A connection must send its first byte within `first_byte`, and a whole header within `header` of the header's first
+//!   byte. hyper's own timer counts the time between two requests of a connection as a part of the second one's header, so
+//!   it is not used: a connection that is kept between requests has `idle`.
 //! - A connection on which no byte moves in either direction for `idle`, while no request is being worked on, is closed:
 //!   an idle keep-alive, or a client that does not read its answer.
+//!
+//! A request that is no HTTP is answered by hyper itself, before there is a request: `400` (or `431`) without a body.
 //!
 //! When told to stop, the listener closes, idle connections close at once, and requests that are being answered get
 //! [`LINGER`] to end.
@@ -17,9 +20,9 @@ use std::task::{Context, Poll};
 use std::time::Duration;
 
 use axum::Router;
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use hyper::Request;
-use hyper::body::Incoming;
+use hyper::body::{Body as HttpBody, Frame, Incoming, SizeHint};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -36,8 +39,8 @@ use tower::ServiceExt;
 const LINGER: Duration = Duration::from_secs(5);
 /// Pause after `accept` failed (out of descriptors, most likely): long enough for a connection to close.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
-/// How often a connection is looked at for idleness, as a part of the idle timeout.
-const IDLE_CHECKS: u32 = 4;
+/// How often a connection is looked at, as a part of the shorter of its two timeouts.
+const CHECKS: u32 = 4;
 
 /// What a client may hold open, and for how long.
 #[derive(Debug, Clone, Copy)]
@@ -105,20 +108,23 @@ async fn connection(stream: TcpStream, router: Router, limits: ConnectionLimits,
     let service = service_fn({
         let activity = Arc::clone(&activity);
         move |request: Request<Incoming>| {
+            activity.header_is_whole();
+            let activity = Arc::clone(&activity);
             let working = Working::begin(&activity);
             let answer = router.clone().oneshot(request.map(Body::new));
             async move {
                 let answer = answer.await;
                 drop(working);
-                answer
+                let answering = Answering(Arc::clone(&activity));
+                answer.map(|answer| answer.map(|body| Body::new(Answered { body, _answering: answering })))
             }
         }
     });
     let io = TokioIo::new(Watched { stream, activity: Arc::clone(&activity) });
     let mut http = http1::Builder::new();
-    http.timer(TokioTimer::new()).header_read_timeout(limits.header);
+    http.timer(TokioTimer::new()).header_read_timeout(None);
     let mut http = pin!(http.serve_connection(io, service));
-    let mut checks = tokio::time::interval(limits.idle / IDLE_CHECKS);
+    let mut checks = tokio::time::interval(limits.idle.min(limits.header) / CHECKS);
     let mut stopping = false;
     loop {
         tokio::select! {
@@ -133,7 +139,7 @@ async fn connection(stream: TcpStream, router: Router, limits: ConnectionLimits,
                 http.as_mut().graceful_shutdown();
             }
             _ = checks.tick() => {
-                if activity.idle() >= limits.idle {
+                if activity.idle() >= limits.idle || activity.in_header() >= limits.header {
                     return;
                 }
             }
@@ -141,22 +147,62 @@ async fn connection(stream: TcpStream, router: Router, limits: ConnectionLimits,
     }
 }
 
-/// When a byte last moved on a connection, and how many requests are being worked on.
+/// When a byte last moved on a connection, how many requests are being worked on, and since when a header is coming in.
 #[derive(Debug)]
 struct Activity {
     start: Instant,
     moved_ms: AtomicU64,
     working: AtomicUsize,
+    /// [`NOTHING`], [`REQUEST`], or the time at which the first byte of a header came.
+    header_ms: AtomicU64,
 }
+
+/// No byte of a request has come since the last one was answered.
+const NOTHING: u64 = u64::MAX;
+/// A whole header has come and its answer is not yet sent.
+const REQUEST: u64 = u64::MAX - 1;
 
 impl Activity {
     fn new() -> Self {
-        Self { start: Instant::now(), moved_ms: AtomicU64::new(0), working: AtomicUsize::new(0) }
+        Self {
+            start: Instant::now(),
+            moved_ms: AtomicU64::new(0),
+            working: AtomicUsize::new(0),
+            header_ms: AtomicU64::new(NOTHING),
+        }
+    }
+
+    fn now_ms(&self) -> u64 {
+        u64::try_from(self.start.elapsed().as_millis()).unwrap_or(REQUEST).min(REQUEST - 1)
     }
 
     fn moved(&self) {
-        let now = u64::try_from(self.start.elapsed().as_millis()).unwrap_or(u64::MAX);
-        self.moved_ms.store(now, Ordering::Relaxed);
+        self.moved_ms.store(self.now_ms(), Ordering::Relaxed);
+    }
+
+    /// Bytes came in. The first ones after an answer are those of the next header.
+    fn received(&self) {
+        self.moved();
+        let now = self.now_ms();
+        // It fails where a header or a body is under way already.
+        let _ = self.header_ms.compare_exchange(NOTHING, now, Ordering::Relaxed, Ordering::Relaxed);
+    }
+
+    fn header_is_whole(&self) {
+        self.header_ms.store(REQUEST, Ordering::Relaxed);
+    }
+
+    fn answered(&self) {
+        self.moved();
+        self.header_ms.store(NOTHING, Ordering::Relaxed);
+    }
+
+    /// How long the present header has been coming in; zero when none is.
+    fn in_header(&self) -> Duration {
+        match self.header_ms.load(Ordering::Relaxed) {
+            NOTHING | REQUEST => Duration::ZERO,
+            since => self.start.elapsed().saturating_sub(Duration::from_millis(since)),
+        }
     }
 
     /// Time since a byte moved; none while a request is being worked on.
@@ -185,6 +231,38 @@ impl Drop for Working {
     }
 }
 
+/// Marks an answer as being sent, until its body has ended or is given up.
+struct Answering(Arc<Activity>);
+
+impl Drop for Answering {
+    fn drop(&mut self) {
+        self.0.answered();
+    }
+}
+
+/// The body of an answer.
+struct Answered {
+    body: Body,
+    _answering: Answering,
+}
+
+impl HttpBody for Answered {
+    type Data = Bytes;
+    type Error = axum::Error;
+
+    fn poll_frame(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+        Pin::new(&mut self.body).poll_frame(cx)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
+    }
+}
+
 /// A stream that notes when bytes move.
 struct Watched {
     stream: TcpStream,
@@ -196,7 +274,7 @@ impl AsyncRead for Watched {
         let before = buffer.filled().len();
         let polled = Pin::new(&mut self.stream).poll_read(cx, buffer);
         if buffer.filled().len() > before {
-            self.activity.moved();
+            self.activity.received();
         }
         polled
     }
@@ -297,6 +375,27 @@ mod tests {
         for stream in &mut dribblers {
             closed_without_words(stream).await;
         }
+    }
+
+    #[tokio::test]
+    async fn a_connection_that_is_kept_between_requests_has_the_idle_time_and_its_next_header_the_header_time() {
+        let limits = ConnectionLimits { idle: Duration::from_secs(60), ..LIMITS };
+        let (address, ..) = start(limits).await;
+        let mut stream = TcpStream::connect(address).await.unwrap();
+        for path in ["/", "/slow", "/"] {
+            stream.write_all(format!("GET {path} HTTP/1.1\r\nHost: x\r\n\r\n").as_bytes()).await.unwrap();
+            let mut head = [0; 12];
+            stream.read_exact(&mut head).await.unwrap();
+            assert_eq!(&head, b"HTTP/1.1 200");
+            let mut rest = [0; 4096];
+            while !rest.windows(4).any(|four| four == b"here" || four == b"last") {
+                assert!(stream.read(&mut rest).await.unwrap() > 0, "{path}");
+            }
+            // Longer than a header may take, several times.
+            tokio::time::sleep(limits.header * 4).await;
+        }
+        stream.write_all(b"GET / HTTP/1.1\r\nHo").await.unwrap();
+        closed_without_words(&mut stream).await;
     }
 
     #[tokio::test]

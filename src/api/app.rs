@@ -31,6 +31,7 @@ struct Inner {
     bodies: BodyLimits,
     threads: Semaphore,
     streams: Arc<Semaphore>,
+    most_streams: usize,
     heartbeat: Duration,
     draining: CancellationToken,
 }
@@ -46,7 +47,16 @@ impl App {
         let streams = Arc::new(Semaphore::new(settings.max_streams));
         // A connection on which nothing moves is closed: two signs of life come before that.
         let heartbeat = HEARTBEAT.min(Duration::from_secs(settings.idle_timeout_s) / 2);
-        Self(Arc::new(Inner { store, queue, bodies, threads, streams, heartbeat, draining }))
+        Self(Arc::new(Inner {
+            store,
+            queue,
+            bodies,
+            threads,
+            streams,
+            most_streams: settings.max_streams,
+            heartbeat,
+            draining,
+        }))
     }
 
     /// The store.
@@ -95,6 +105,12 @@ impl App {
             Problem::new(Kind::Overloaded, "As many streams of events as may be are open. Poll the job instead.")
                 .retry_after(RETRY_S)
         })
+    }
+
+    /// How many streams of events are open.
+    #[must_use]
+    pub(crate) fn streams_open(&self) -> u64 {
+        (self.0.most_streams - self.0.streams.available_permits()) as u64
     }
 
     /// How often a stream of events shows that it is there.

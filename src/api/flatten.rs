@@ -1,7 +1,7 @@
 //! `POST /v1/flatten`: the one-call form. Stores the surface, queues the job, waits, and answers with the pattern.
 
 use axum::Json;
-use axum::body::Body;
+use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -9,16 +9,16 @@ use serde_json::{Value, json};
 
 use super::App;
 use super::answer::{Form, choose, not_acceptable};
-use super::jobs::{Failure, Submission, document, faulty, submit};
+use super::jobs::{Failure, MAX_JOB_BYTES, Submission, document, faulty, submit};
 use super::parameters::{self, JobRequest};
 use super::problem::{Kind, Problem};
-use super::request::{Query, Received, Wait, receive};
+use super::request::{Media, Parts, Query, Received, Wait, key, parts, receive};
 use super::results::{ResultKind, answer};
 use super::surfaces::{self, Reading, SurfaceFaults};
 use crate::engine::job::JobKind;
 use crate::formats::faults::Fault;
 use crate::formats::surface_json::envelope;
-use crate::store::{Job, NewSurface, State as JobState};
+use crate::store::{Digest, Job, NewSurface, State as JobState};
 
 const JOB: HeaderName = HeaderName::from_static("planish-job");
 const VERDICT: HeaderName = HeaderName::from_static("planish-verdict");
@@ -35,10 +35,22 @@ pub(super) async fn flatten(
     let form = form(&query, &headers)?;
     let wait = Wait::of(&query, &headers)?;
     let reading = Reading::of(&query)?;
-    let received = receive(app.bodies(), usize::MAX, &headers, body).await?;
-    let (new, request) = app.on_a_thread(move || parts(&received, &query, reading)).await?;
+    let received = receive(app.bodies(), usize::MAX, &[Media::Json, Media::PARTS], &headers, body).await?;
+    let form_parts = match &received.media {
+        Media::Multipart(media) => Some(parts(received.bytes.clone(), media, MAX_JOB_BYTES).await?),
+        _ => None,
+    };
+    let sent = app
+        .on_a_thread(move || {
+            let sent = Sent::of(&received, form_parts)?;
+            let idempotency = key(&headers, "POST /v1/flatten", || sent.digest(&query))?;
+            let (new, request) = sent.read(&query, reading)?;
+            Ok((new, request, idempotency))
+        })
+        .await?;
+    let (new, request, idempotency) = sent;
     let (surface, _) = app.store().put_surface(new).await?;
-    let submission = Submission { kind: JobKind::Flatten, request, surface, idempotency: None };
+    let submission = Submission { kind: JobKind::Flatten, request, surface, idempotency };
     let enqueued = submit(&app, submission).await?;
     let id = enqueued.job().id;
     let job = app.ended(id, wait.unwrap_or(Wait::LONGEST)).await?.ok_or_else(super::jobs::absent)?;
@@ -88,36 +100,70 @@ fn failed(job: &Job) -> Problem {
     }
 }
 
-/// The surface and the job of a body: `{ "surface": …, "job": … }`, or a surface by itself; with the query's settings.
-/// All faults of both come together.
-fn parts(received: &Received, query: &Query, reading: Reading) -> Result<(NewSurface, JobRequest), Problem> {
-    let body = &received.bytes;
-    let envelope = envelope(body).map_err(|fault| SurfaceFaults(vec![fault]).into_problem(body))?;
-    let mut faults = Vec::new();
-    let (surface, prefix, mut job) = match envelope {
-        None => (body.clone(), "", json!({})),
-        Some(parts) => {
-            let alien = |name: &String| Fault {
-                pointer: format!("/{name}"),
-                detail: "a body with a surface has the fields surface and job, and no other".to_owned(),
-                place: None,
+/// What a body has in it: a surface by itself, or with a job beside it.
+struct Sent {
+    surface: Bytes,
+    job: Option<Bytes>,
+    /// Where the two stand in the body, for pointers.
+    at: [&'static str; 2],
+    faults: Vec<Fault>,
+    /// What is JSON if anything of the body is.
+    text: Bytes,
+}
+
+impl Sent {
+    /// Takes the parts of a form, or those of `{ "surface": …, "job": … }`, or the whole as a surface.
+    fn of(received: &Received, form: Option<Parts>) -> Result<Self, Problem> {
+        let body = &received.bytes;
+        let apart = ["/surface", "/job"];
+        let alien = |name: &String| Fault {
+            pointer: format!("/{name}"),
+            detail: "a body with a surface has the parts surface and job, and no other".to_owned(),
+            place: None,
+        };
+        if let Some(form) = form {
+            let mut faults: Vec<Fault> = form.others.iter().map(alien).collect();
+            let Some(surface) = form.surface else {
+                let detail = "the part surface is needed: JSON, or glTF binary".to_owned();
+                faults.insert(0, Fault { pointer: apart[0].to_owned(), detail, place: None });
+                return Err(Problem::new(Kind::InvalidSurface, "The body has no surface.").with_faults(faults));
             };
-            faults.extend(parts.others.iter().map(alien));
-            let job = parts.job.map_or_else(|| Ok(json!({})), |range| serde_json::from_slice(&body[range]));
-            let surface = parts.surface.map_or_else(|| body.clone(), |range| body.slice(range));
-            (surface, "/surface", job.map_err(|error| Problem::json(&error))?)
+            return Ok(Self { text: surface.clone(), surface, job: form.job, at: apart, faults });
         }
-    };
-    let job_prefix = if prefix.is_empty() { "" } else { "/job" };
-    let surface = surfaces::read(&surface, reading, prefix)
-        .map(|read| read.new)
-        .map_err(|SurfaceFaults(found)| faults.extend(found));
-    let surface_faulty = surface.is_err();
-    let request = request(&mut job, query, job_prefix, surface.as_ref().ok(), &mut faults);
-    match surface {
-        Ok(surface) if faults.is_empty() => Ok((surface, request)),
-        _ if surface_faulty => Err(SurfaceFaults(faults).into_problem(body)),
-        _ => Err(faulty(faults)),
+        let found = envelope(body).map_err(|fault| SurfaceFaults(vec![fault]).into_problem(body))?;
+        let text = body.clone();
+        let Some(found) = found else {
+            return Ok(Self { surface: body.clone(), job: None, at: ["", ""], faults: Vec::new(), text });
+        };
+        Ok(Self {
+            surface: found.surface.map_or_else(|| body.clone(), |range| body.slice(range)),
+            job: found.job.map(|range| body.slice(range)),
+            at: apart,
+            faults: found.others.iter().map(alien).collect(),
+            text,
+        })
+    }
+
+    /// What makes this request another one than the next: surface, job and settings, not how the answer is to look.
+    fn digest(&self, query: &Query) -> Digest {
+        let job = self.job.as_ref().map_or(&b""[..], |job| job);
+        let settings = query.in_order_without(&["format", "wait"]);
+        Digest::of(format!("{} {} {settings}", Digest::of(&self.surface), Digest::of(job)).as_bytes())
+    }
+
+    /// The surface and the job, checked. All faults of both come together.
+    fn read(mut self, query: &Query, reading: Reading) -> Result<(NewSurface, JobRequest), Problem> {
+        let job = self.job.as_ref().map_or_else(|| Ok(json!({})), |job| serde_json::from_slice(job));
+        let mut job = job.map_err(|error| Problem::json(&error))?;
+        let surface = surfaces::read(&self.surface, reading, self.at[0])
+            .map(|read| read.new)
+            .map_err(|SurfaceFaults(found)| self.faults.extend(found));
+        let request = request(&mut job, query, self.at[1], surface.as_ref().ok(), &mut self.faults);
+        match surface {
+            Ok(surface) if self.faults.is_empty() => Ok((surface, request)),
+            Err(()) => Err(SurfaceFaults(self.faults).into_problem(&self.text)),
+            Ok(_) => Err(faulty(self.faults)),
+        }
     }
 }
 

@@ -1,38 +1,59 @@
-//! What every request goes through and every answer carries: an id, a line in the log, headers that keep browsers safe.
+//! What every request goes through and every answer carries: an id, a place in the log, a count, headers that keep
+//! browsers safe.
 
-use axum::extract::Request;
-use axum::http::{HeaderName, HeaderValue, header};
+use axum::extract::{MatchedPath, Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::middleware::Next;
 use axum::response::Response;
+use tracing::Instrument as _;
 use uuid::Uuid;
 
+use crate::telemetry::Metrics;
+
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+const TRACE_PARENT: HeaderName = HeaderName::from_static("traceparent");
 /// Longest id that is taken over from a client.
 const MAX_REQUEST_ID: usize = 128;
 /// What is served is data: a browser that opens it runs nothing and asks nobody else. Drawings style themselves.
 const CONTENT_POLICY: HeaderValue =
     HeaderValue::from_static("default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox");
 
+/// The id of a request, among its extensions.
+#[derive(Debug, Clone)]
+pub(super) struct RequestId(pub(super) String);
+
 /// The outermost layer.
-pub(super) async fn surround(request: Request, next: Next) -> Response {
+pub(super) async fn surround(State(metrics): State<Metrics>, mut request: Request, next: Next) -> Response {
     let id = request.headers().get(REQUEST_ID).filter(|id| is_plain(id)).cloned().unwrap_or_else(fresh_id);
+    let request_id = id.to_str().unwrap_or_default().to_owned();
     let method = request.method().clone();
     let path = request.uri().path().to_owned();
+    let route = request.extensions().get::<MatchedPath>().cloned();
+    // At the level of errors, so that no filter takes the id away from the lines that it lets through.
+    let span =
+        tracing::error_span!("request", id = request_id, trace = tracing::field::Empty, parent = tracing::field::Empty);
+    if let Some((trace, parent)) = trace(request.headers()) {
+        span.record("trace", trace).record("parent", parent);
+    }
+    request.extensions_mut().insert(RequestId(request_id));
     let begun = std::time::Instant::now();
-    let mut response = next.run(request).await;
+    let mut response = next.run(request).instrument(span.clone()).await;
     let headers = response.headers_mut();
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(CONTENT_POLICY);
     headers.entry(header::REFERRER_POLICY).or_insert(HeaderValue::from_static("no-referrer"));
+    headers.insert(REQUEST_ID, id);
     let status = response.status().as_u16();
-    let elapsed_ms = begun.elapsed().as_secs_f64() * 1000.0;
-    let request_id = id.to_str().unwrap_or_default();
-    if response.status().is_server_error() {
-        tracing::warn!(%method, path, status, elapsed_ms, request_id, "{method} {path}: {status}");
-    } else {
-        tracing::info!(%method, path, status, elapsed_ms, request_id, "{method} {path}: {status}");
-    }
-    response.headers_mut().insert(REQUEST_ID, id);
+    let took = begun.elapsed();
+    metrics.answered(method.as_str(), route.as_ref().map(MatchedPath::as_str), status, took);
+    let elapsed_ms = took.as_secs_f64() * 1000.0;
+    span.in_scope(|| {
+        if response.status().is_server_error() {
+            tracing::warn!(%method, path, status, elapsed_ms, "{method} {path}: {status}");
+        } else {
+            tracing::info!(%method, path, status, elapsed_ms, "{method} {path}: {status}");
+        }
+    });
     response
 }
 
@@ -46,4 +67,46 @@ fn is_plain(id: &HeaderValue) -> bool {
 fn fresh_id() -> HeaderValue {
     // A UUID is a header's value always.
     HeaderValue::from_str(&Uuid::now_v7().to_string()).unwrap_or_else(|_| HeaderValue::from_static("none"))
+}
+
+/// The trace that a request belongs to and the caller's step in it (W3C Trace Context, 3.2), when both are sound.
+fn trace(headers: &HeaderMap) -> Option<(&str, &str)> {
+    let mut fields = headers.get(TRACE_PARENT)?.to_str().ok()?.split('-');
+    let (version, trace, parent, flags) = (fields.next()?, fields.next()?, fields.next()?, fields.next()?);
+    let hex = |text: &str, digits: usize| {
+        text.len() == digits && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
+    };
+    let is_set = |text: &str| text.bytes().any(|b| b != b'0');
+    // A later version may have more fields; the first one has these four.
+    let sound = hex(version, 2) && version != "ff" && hex(trace, 32) && hex(parent, 16) && hex(flags, 2);
+    let whole = version != "00" || fields.next().is_none();
+    (sound && whole && is_set(trace) && is_set(parent)).then_some((trace, parent))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn traced(value: &'static str) -> bool {
+        trace(&HeaderMap::from_iter([(TRACE_PARENT, HeaderValue::from_static(value))])).is_some()
+    }
+
+    #[test]
+    fn a_trace_is_taken_over_when_it_is_whole() {
+        assert!(traced("00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01"));
+        assert!(traced("01-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01-more"));
+        for bad in [
+            "",
+            "00",
+            "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7",
+            "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01-more",
+            "ff-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01",
+            "00-00000000000000000000000000000000-00f067aa0ba902b7-01",
+            "00-4bf92f3577b34da6a3ce929d0e0e4736-0000000000000000-01",
+            "00-4BF92F3577B34DA6A3CE929D0E0E4736-00f067aa0ba902b7-01",
+            "00-4bf92f3577b34da6a3ce929d0e0e473\"-00f067aa0ba902b7-01",
+        ] {
+            assert!(!traced(bad), "{bad}");
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use axum::Router;
 use axum::handler::Handler;
 use axum::http::{Method, Uri};
-use axum::middleware::from_fn;
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::routing::{MethodFilter, on};
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
@@ -12,8 +12,9 @@ use tower_http::compression::predicate::{NotForContentType, Predicate as _, Size
 use super::answer::{finish_tags, not_acceptable};
 use super::problem::{Kind, Problem, finish, panicked};
 use super::results::ResultKind;
-use super::service::{contract, health, problems};
+use super::service::{contract, docs, health, metrics, problems};
 use super::{App, flatten, jobs, layers, results, surfaces};
+use crate::telemetry::Metrics;
 
 /// Answers shorter than this are not worth compressing, bytes.
 const COMPRESSED_ABOVE: u64 = 1024;
@@ -45,14 +46,17 @@ fn table() -> Routes {
         .post("/v1/flatten", flatten::flatten)
         .get("/healthz", health::healthz)
         .get("/readyz", health::readyz)
+        .get("/metrics", metrics::metrics)
         .get("/openapi.yaml", contract::contract)
+        .get("/docs", docs::docs)
         .get("/problems", problems::list)
         .get("/problems/{problem}", problems::show)
 }
 
 /// The service's router, with everything that surrounds its handlers.
 pub fn router(app: App) -> Router {
-    surrounded(table().router).with_state(app)
+    let metrics = app.store().metrics().clone();
+    surrounded(table().router, metrics).with_state(app)
 }
 
 /// Every method and path that there is.
@@ -63,7 +67,7 @@ pub fn paths() -> Vec<(Method, &'static str)> {
 
 /// What every request goes through, from the inside out: a panic becomes an answer, every error a problem document,
 /// long answers are compressed, and compressed ones have tags of their own.
-fn surrounded<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> {
+fn surrounded<S: Clone + Send + Sync + 'static>(router: Router<S>, metrics: Metrics) -> Router<S> {
     router
         .fallback(nothing_here)
         .layer(CatchPanicLayer::custom(panicked))
@@ -71,7 +75,7 @@ fn surrounded<S: Clone + Send + Sync + 'static>(router: Router<S>) -> Router<S> 
         // Events go out one by one; a compressor would collect them.
         .layer(CompressionLayer::new().compress_when(SizeAbove::new(COMPRESSED_ABOVE).and(NotForContentType::SSE)))
         .layer(from_fn(finish_tags))
-        .layer(from_fn(layers::surround))
+        .layer(from_fn_with_state(metrics, layers::surround))
 }
 
 /// There is nothing here; a result's form that there is not is told so.
@@ -144,7 +148,10 @@ mod tests {
 
     #[tokio::test]
     async fn a_panic_is_a_problem_that_tells_nothing_and_the_next_request_is_served() {
-        let router = surrounded(Router::new().route("/panic", get(panics)).route("/good", get(|| async { "good" })));
+        let router = surrounded(
+            Router::new().route("/panic", get(panics)).route("/good", get(|| async { "good" })),
+            Metrics::new(),
+        );
         let (status, text) = asked(&router, "/panic").await;
         assert_eq!(status, StatusCode::INTERNAL_SERVER_ERROR);
         assert!(text.contains("/problems/internal") && !text.contains("secret"), "{text}");
@@ -154,7 +161,7 @@ mod tests {
     #[tokio::test]
     async fn errors_that_the_framework_makes_are_problems_too() {
         let refusing = get(|| async { (StatusCode::PAYLOAD_TOO_LARGE, "too long") });
-        let router = surrounded(Router::new().route("/long", refusing));
+        let router = surrounded(Router::new().route("/long", refusing), Metrics::new());
         let (status, text) = asked(&router, "/long").await;
         assert_eq!(status, StatusCode::PAYLOAD_TOO_LARGE);
         assert!(text.contains("/problems/body-too-large"), "{text}");

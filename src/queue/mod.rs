@@ -276,6 +276,13 @@ impl Queue {
         })
     }
 
+    /// How many workers there are, and how many attempts were told to stop and have not done so for long.
+    #[must_use]
+    pub fn workers(&self) -> (u64, u64) {
+        let workers = (self.0.settings.workers + self.0.settings.light_workers) as u64;
+        (workers, self.0.stuck.load(Ordering::Relaxed))
+    }
+
     /// True while jobs are accepted.
     #[must_use]
     pub fn is_open(&self) -> bool {

@@ -32,6 +32,22 @@ pub struct StateEvent {
     pub attempt: u32,
 }
 
+pub(super) const OPEN: &str =
+    "SELECT kind, count(*) AS n, min(created_us) AS oldest_us FROM jobs WHERE state = ?1 GROUP BY kind";
+
+/// Jobs of one kind that wait or run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Open {
+    /// Waiting or running.
+    pub state: State,
+    /// The kind of work.
+    pub kind: String,
+    /// How many.
+    pub jobs: u64,
+    /// When the oldest of them was accepted, microseconds since 1970.
+    pub oldest_us: i64,
+}
+
 /// What a listed job must be. Every field that is set must fit.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct JobFilter {
@@ -97,6 +113,21 @@ impl Store {
     /// What the database says.
     pub async fn last_end(&self) -> Result<i64, StoreError> {
         Ok(sqlx::query(LAST_END).fetch_one(&self.0.readers).await?.try_get("value")?)
+    }
+
+    /// How many jobs wait and run, by kind. Costs a walk over the jobs that have not ended.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn open_jobs(&self) -> Result<Vec<Open>, StoreError> {
+        let mut open = Vec::new();
+        for state in [State::Queued, State::Running] {
+            for row in &sqlx::query(OPEN).bind(state.name()).fetch_all(&self.0.readers).await? {
+                let jobs = row.try_get::<i64, _>("n")?.unsigned_abs();
+                open.push(Open { state, kind: row.try_get("kind")?, jobs, oldest_us: row.try_get("oldest_us")? });
+            }
+        }
+        Ok(open)
     }
 
     /// How many jobs stand in this state.

@@ -45,12 +45,13 @@ pub use enqueue::{EnqueueError, Enqueued, IDEMPOTENCY_KEPT, IdempotencyKey, NewJ
 pub use error::StoreError;
 pub use ids::{Digest, JobId, NotAnId, SurfaceId};
 pub use leases::{Claim, Lane, Progress, Reclaim, Reclaimed};
-pub use lists::{JobFilter, MAX_PAGE, StateEvent};
+pub use lists::{JobFilter, MAX_PAGE, Open, StateEvent};
 pub use results::{NewResult, StoredResult};
-pub use rows::{Change, Job, State};
+pub use rows::{Change, Job, Lasted, State};
 pub use surfaces::{NewSurface, Surface};
 
 use crate::clock::Clock;
+use crate::telemetry::Metrics;
 
 /// Connections that read. More than the cores of a small server, few enough that each can keep its page cache.
 const READERS: u32 = 4;
@@ -65,6 +66,7 @@ const CHANGES_KEPT: usize = 1024;
 const VACUUM_PAGES: &str = "PRAGMA incremental_vacuum(1024)";
 
 const DATABASE_FILE: &str = "planish.db";
+const LOG_FILE: &str = "planish.db-wal";
 const LOCK_FILE: &str = "planish.lock";
 
 /// The open data directory; clones share it.
@@ -76,6 +78,7 @@ struct Inner {
     writer: SqlitePool,
     readers: SqlitePool,
     changes: broadcast::Sender<Change>,
+    metrics: Metrics,
     boot: Uuid,
     clock: Clock,
     directory: PathBuf,
@@ -117,8 +120,16 @@ impl Store {
             .connect_with(options.read_only(true).pragma("query_only", "ON"))
             .await?;
         let (changes, _) = broadcast::channel(CHANGES_KEPT);
-        let inner =
-            Inner { writer, readers, changes, boot: Uuid::now_v7(), clock, directory: directory.to_owned(), lock };
+        let inner = Inner {
+            writer,
+            readers,
+            changes,
+            metrics: Metrics::new(),
+            boot: Uuid::now_v7(),
+            clock,
+            directory: directory.to_owned(),
+            lock,
+        };
         Ok(Self(Arc::new(inner)))
     }
 
@@ -165,6 +176,25 @@ impl Store {
         self.0.changes.subscribe()
     }
 
+    /// How the service has done since it started.
+    #[must_use]
+    pub fn metrics(&self) -> &Metrics {
+        &self.0.metrics
+    }
+
+    /// How long the database's file and its log are, bytes.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub async fn size(&self) -> Result<(u64, u64), StoreError> {
+        let path = self.0.directory.join(DATABASE_FILE);
+        let fault = |source| StoreError::Directory { path: path.clone(), source };
+        let file = tokio::fs::metadata(&path).await.map_err(fault)?.len();
+        // The log is made with the first write and may be gone after it was written back.
+        let log = tokio::fs::metadata(self.0.directory.join(LOG_FILE)).await.map_or(0, |meta| meta.len());
+        Ok((file, log))
+    }
+
     /// The clock by which rows are stamped.
     #[must_use]
     pub fn clock(&self) -> &Clock {
@@ -185,6 +215,9 @@ impl Store {
 
     fn tell(&self, changes: impl IntoIterator<Item = Change>) {
         for change in changes {
+            if let Some(lasted) = change.ended {
+                self.0.metrics.job_ended(change.state.name(), lasted.kind, lasted.waited_us, lasted.ran_us);
+            }
             // No one listening is no fault.
             let _ = self.0.changes.send(change);
         }

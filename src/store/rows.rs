@@ -10,6 +10,7 @@ use sqlx::Row;
 use sqlx::sqlite::SqliteRow;
 
 use super::{JobId, Lane, NotAnId, StoreError, SurfaceId};
+use crate::telemetry::kind_label;
 
 /// Where a job stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -127,7 +128,12 @@ pub struct Job {
 impl Job {
     /// The change that leads to this row.
     pub(super) fn change(&self) -> Change {
-        Change { id: self.id, state: self.state, revision: self.revision }
+        let lasted = |finished_us: i64| Lasted {
+            kind: kind_label(&self.kind),
+            waited_us: self.started_us.unwrap_or(finished_us) - self.created_us,
+            ran_us: self.started_us.map(|started_us| finished_us - started_us),
+        };
+        Change { id: self.id, state: self.state, revision: self.revision, ended: self.finished_us.map(lasted) }
     }
 }
 
@@ -140,6 +146,19 @@ pub struct Change {
     pub state: State,
     /// The row's revision.
     pub revision: i64,
+    /// What it was and how long it took, when this change is its end.
+    pub ended: Option<Lasted>,
+}
+
+/// How long a job took that has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Lasted {
+    /// The kind of work, as metrics name it.
+    pub kind: &'static str,
+    /// From its acceptance to the beginning of its last attempt, microseconds.
+    pub waited_us: i64,
+    /// How long that attempt took, if there was one.
+    pub ran_us: Option<i64>,
 }
 
 /// The columns of a [`Job`], for `SELECT` and `RETURNING`.

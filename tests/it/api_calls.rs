@@ -225,6 +225,147 @@ async fn an_idempotency_key_stands_for_one_request() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn fifty_identical_requests_at_once_make_one_thing() {
+    let live = Arc::new(sketching().await);
+    let surface = live.surface(&plate()).await;
+    let other = {
+        let mut other = plate();
+        other["name"] = json!("another plate");
+        other
+    };
+    let job = json!({ "kind": "flatten", "surface": surface, "labels": { "from": "jobs" } });
+    let calls = [("/v1/jobs", job), ("/v1/flatten?set=labels.from=flatten", plate()), ("/v1/surfaces", other.clone())];
+    for (path, body) in calls {
+        let mut asked = tokio::task::JoinSet::new();
+        for _ in 0..50 {
+            let (live, body) = (live.clone(), body.clone());
+            asked.spawn(async move {
+                let answer =
+                    live.send(Method::POST, path, |r| r.header("Idempotency-Key", "\"one\"").json(&body)).await;
+                let id = match answer.header("planish-job") {
+                    Some(id) => id.to_owned(),
+                    None => answer.json()["id"].as_str().unwrap().to_owned(),
+                };
+                (answer.status.as_u16(), id)
+            });
+        }
+        let answers = asked.join_all().await;
+        assert!(answers.iter().all(|(_, id)| *id == answers[0].1), "{path}: {answers:?}");
+        let created = answers.iter().filter(|(status, _)| *status == 201).count();
+        assert_eq!(created, usize::from(path == "/v1/surfaces"), "{path}: {answers:?}");
+    }
+    for from in ["jobs", "flatten"] {
+        let listed = live.get(&format!("/v1/jobs?label.from={from}")).await.expect(200).json();
+        assert_eq!(listed["items"].as_array().unwrap().len(), 1, "{from}");
+    }
+    assert_eq!(live.get("/v1/surfaces").await.json()["items"].as_array().unwrap().len(), 2);
+    // Another request under the same key: another surface, another setting. How the answer is to look does not matter.
+    let again = |path: &'static str, body: Value| {
+        let live = live.clone();
+        async move { live.send(Method::POST, path, |r| r.header("Idempotency-Key", "one").json(&body)).await }
+    };
+    again("/v1/flatten?set=labels.from=flatten", other).await.expect(422).problem("key-reused");
+    again("/v1/flatten?set=labels.from=elsewhere", plate()).await.expect(422).problem("key-reused");
+    again("/v1/flatten?set=labels.from=flatten&format=dxf&wait=9", plate()).await.expect(200);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn one_call_takes_a_form_of_two_parts_in_any_order() {
+    let live = sketching().await;
+    let part = |name: &str, text: &str, more: &str| {
+        format!("--b0und\r\nContent-Disposition: form-data; name=\"{name}\"{more}\r\n\r\n{text}\r\n")
+    };
+    let surface = part("surface", &plate().to_string(), "; filename=\"p.json\"\r\nContent-Type: application/json");
+    let job = part("job", r#"{ "labels": { "order": "7" } }"#, "");
+    let send = |body: String| {
+        let live = &live;
+        async move {
+            live.send(Method::POST, "/v1/flatten?format=svg", |r| {
+                r.header("Content-Type", "multipart/form-data; boundary=b0und").body(format!("{body}--b0und--\r\n"))
+            })
+            .await
+        }
+    };
+    for body in [format!("{surface}{job}"), format!("{job}{surface}")] {
+        let answer = send(body).await.expect(200);
+        assert_eq!(answer.header("content-type"), Some("image/svg+xml"));
+        assert_eq!(answer.header("planish-verdict"), Some("unchecked"));
+        let job = live.get(answer.header("content-location").unwrap()).await.expect(200).json();
+        assert_eq!((&job["labels"]["order"], job["id"].as_str()), (&json!("7"), answer.header("planish-job")));
+    }
+    let answer = send(format!("{surface}{}{}", part("colour", "red", ""), part("job", r#"{ "sed": 1 }"#, ""))).await;
+    assert_eq!(answer.expect(422).pointers(), ["/colour", "/job/sed"]);
+    assert_eq!(send(job.clone()).await.expect(422).pointers(), ["/surface"]);
+    send(format!("{surface}{surface}")).await.expect(400).problem("bad-request");
+    send(format!("{surface}{}", part("job", "{", ""))).await.expect(400).problem("invalid-json");
+    send(format!("{}{job}", part("surface", "{", ""))).await.expect(400).problem("invalid-json");
+    let long = format!("{{\"labels\": {{\"a\": \"{}\"}}}}", "x".repeat(300_000));
+    send(format!("{surface}{}", part("job", &long, ""))).await.expect(413).problem("body-too-large");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_metrics_count_what_was_done_by_its_route_and_kind() {
+    let runner = Arc::new(Held::<Sketch>::default());
+    let live = Live::start(runner.clone(), &settings(|_| {})).await;
+    let surface = live.surface(&plate()).await;
+    let ask = |kind: &str, test: &str| {
+        let job = json!({ "kind": kind, "surface": surface, "labels": { "test": test } });
+        let live = &live;
+        async move { live.job(&job).await }
+    };
+    for (kind, test) in [("flatten", ""), ("flatten", "fail"), ("triangulate", "")] {
+        let job = ask(kind, test).await;
+        live.ended(&job).await;
+    }
+    let waits = ask("flatten", "gate").await;
+    while live.get(&format!("/v1/jobs/{waits}")).await.json()["state"] != "running" {}
+    for path in ["/nowhere", "/nowhere/else", "/v1/jobs/x"] {
+        live.get(path).await.expect(404);
+    }
+    let answer = live.get("/metrics").await.expect(200);
+    let text = answer.text();
+    for line in [
+        r#"planish_jobs_ended_total{kind="flatten",state="succeeded"} 1"#,
+        r#"planish_jobs_ended_total{kind="flatten",state="failed"} 1"#,
+        r#"planish_job_duration_seconds_count{kind="triangulate"} 1"#,
+        r#"planish_jobs{kind="flatten",state="running"} 1"#,
+        r#"planish_jobs{kind="flatten",state="queued"} 0"#,
+        r#"planish_http_requests_total{method="POST",route="/v1/surfaces",status="201"} 1"#,
+        r#"planish_http_requests_total{method="GET",route="/v1/jobs/{job}",status="404"} 1"#,
+        r#"planish_http_requests_total{method="GET",route="other",status="404"} 2"#,
+        "planish_workers_stuck 0",
+        "planish_store_readable 1",
+    ] {
+        assert!(text.lines().any(|l| l == line), "{line} is not in\n{text}");
+    }
+    let value = |name: &str| {
+        let line = text.lines().find(|l| l.split(' ').next() == Some(name)).unwrap_or_else(|| panic!("no {name}"));
+        line.split(' ').nth(1).unwrap().parse::<f64>().unwrap()
+    };
+    assert!(value("planish_database_bytes") >= 4096.0);
+    assert!(value("process_start_time_seconds") > 1.7e9);
+    assert!(!text.contains(&waits) && !text.contains(&surface), "an id became a label");
+    runner.gate.open();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_packed_surface_is_the_same_surface() {
+    use tokio::io::AsyncReadExt as _;
+    let live = sketching().await;
+    let plain = live.post("/v1/surfaces", &plate()).await.expect(201).json();
+    let text = plate().to_string();
+    let mut packed = Vec::new();
+    async_compression::tokio::bufread::ZstdEncoder::new(text.as_bytes()).read_to_end(&mut packed).await.unwrap();
+    let answer = live
+        .send(Method::POST, "/v1/surfaces", |r| {
+            r.header("Content-Encoding", "zstd").header("Content-Type", "application/json").body(packed)
+        })
+        .await
+        .expect(200);
+    assert_eq!(answer.json()["id"], plain["id"]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_surface_read_in_other_units_is_another_surface() {
     let live = sketching().await;
     let mm = live.post("/v1/surfaces", &plate()).await.expect(201).json();

@@ -132,8 +132,12 @@ async fn bodies_of_other_types_and_lengths_are_refused() {
             async move { live.send(Method::POST, path, |r| r.header(name, value).body("{}")).await }
         };
         typed("Content-Type", "model/step").await.expect(415).problem("unsupported-media-type");
-        typed("Content-Type", "multipart/form-data; boundary=x").await.expect(415);
-        typed("Content-Encoding", "gzip").await.expect(415).problem("unsupported-media-type");
+        let parts = typed("Content-Type", "multipart/form-data; boundary=x").await;
+        parts.expect(if path == "/v1/flatten" { 400 } else { 415 });
+        let coded = typed("Content-Encoding", "br").await.expect(415);
+        assert_eq!(coded.header("accept-encoding"), Some("gzip, zstd"));
+        coded.problem("unsupported-media-type");
+        typed("Content-Encoding", "gzip").await.expect(400).problem("bad-request");
         live.post_bytes(path, "glTF\u{2}").await.expect(415);
         live.post_bytes(path, "").await.expect(415);
         // One with its length announced, one that turns out too long.
@@ -167,6 +171,13 @@ async fn addresses_methods_and_queries_that_do_not_exist_are_told_so() {
     wrong.problem("method-not-allowed");
     let allowed = wrong.header("allow").unwrap();
     assert!(allowed.contains("GET") && allowed.contains("POST"), "{allowed}");
+    let asked = live.send(Method::OPTIONS, "/v1/jobs", |r| r).await.expect(204);
+    assert_eq!(asked.header("allow"), Some(allowed));
+    live.send(Method::OPTIONS, "/nowhere", |r| r).await.expect(404);
+    for path in ["/v1/jobs", "/healthz", "/openapi.yaml", "/v1/feed", "/metrics"] {
+        live.send(Method::HEAD, path, |r| r).await.expect(200);
+    }
+    live.send(Method::HEAD, "/v1/jobs/x", |r| r).await.expect(404);
     for path in
         ["/v1/jobs?stat=queued", "/v1/jobs?state=lost", "/v1/jobs?limit=0", "/v1/surfaces?limit=x", "/problems?a=b"]
     {
@@ -241,6 +252,8 @@ async fn an_id_that_a_client_sends_comes_back_and_a_strange_one_does_not() {
     let live = live().await;
     let answer = live.send(Method::GET, "/healthz", |r| r.header("X-Request-Id", "abc-123")).await;
     assert_eq!(answer.header("x-request-id"), Some("abc-123"));
+    let lost = live.send(Method::GET, "/v1/jobs/x", |r| r.header("X-Request-Id", "abc-124")).await.expect(404);
+    assert_eq!(lost.problem("job-not-found")["request_id"], "abc-124");
     let answer = live.send(Method::GET, "/healthz", |r| r.header("X-Request-Id", "a\"b c")).await;
     assert_eq!(answer.header("x-request-id").map(str::len), Some(36));
     let value: Value = answer.json();

@@ -134,6 +134,8 @@ async fn every_documented_call_answers_as_documented() {
     live.get("/healthz").await.expect(200);
     live.get("/readyz").await.expect(200);
     assert_eq!(live.get("/openapi.yaml").await.expect(200).text(), planish::api::CONTRACT);
+    live.get("/metrics").await.expect(200);
+    live.get("/docs").await.expect(200);
     let list = live.get("/problems").await.expect(200).text();
     for kind in planish::api::problem::Kind::ALL {
         assert!(list.contains(kind.slug()), "{kind:?}");

@@ -3,25 +3,21 @@
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
-use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
 use super::submit::faulty;
 use super::{Submission, document, submit};
 use crate::api::App;
 use crate::api::parameters;
-use crate::api::problem::{Kind, Problem};
-use crate::api::request::{Query, receive};
+use crate::api::problem::Problem;
+use crate::api::request::{Media, Query, key, receive};
 use crate::api::surfaces;
 use crate::formats::faults::Fault;
-use crate::store::{Digest, IdempotencyKey};
+use crate::store::Digest;
 
 /// Longest job, bytes: some hundred times one with every parameter.
-pub(super) const MAX_JOB_BYTES: usize = 256 * 1024;
-/// Longest idempotency key.
-const MAX_KEY: usize = 255;
-
-const IDEMPOTENCY_KEY: HeaderName = HeaderName::from_static("idempotency-key");
+pub(crate) const MAX_JOB_BYTES: usize = 256 * 1024;
 
 /// Queues a job on a stored surface.
 pub(crate) async fn create(
@@ -32,8 +28,8 @@ pub(crate) async fn create(
 ) -> Result<Response, Problem> {
     app.admit()?;
     query.only(&[])?;
-    let received = receive(app.bodies(), MAX_JOB_BYTES, &headers, body).await?;
-    let idempotency = key(&headers, &received.bytes)?;
+    let received = receive(app.bodies(), MAX_JOB_BYTES, &[Media::Json], &headers, body).await?;
+    let idempotency = key(&headers, "POST /v1/jobs", || Digest::of(&received.bytes))?;
     let value = serde_json::from_slice(&received.bytes).map_err(|error| Problem::json(&error))?;
     let (request, mut faults) = parameters::read(value);
     require(request.kind.is_some(), "/kind", "the kind of work is needed: \"triangulate\" or \"flatten\"", &mut faults);
@@ -70,15 +66,4 @@ fn require(there: bool, pointer: &str, detail: &str, faults: &mut Vec<Fault>) {
     if !there && !faults.iter().any(|fault| fault.pointer == pointer || fault.pointer.is_empty()) {
         faults.push(Fault { pointer: pointer.to_owned(), detail: detail.to_owned(), place: None });
     }
-}
-
-/// The client's key for this request, with the digest of its body.
-fn key(headers: &HeaderMap, body: &[u8]) -> Result<Option<IdempotencyKey>, Problem> {
-    let Some(value) = headers.get(IDEMPOTENCY_KEY) else { return Ok(None) };
-    let text = value.to_str().unwrap_or_default().trim_matches('"');
-    if !(1..=MAX_KEY).contains(&text.len()) {
-        let detail = format!("The header Idempotency-Key must be 1 to {MAX_KEY} visible ASCII characters.");
-        return Err(Problem::new(Kind::BadRequest, detail));
-    }
-    Ok(Some(IdempotencyKey { scope: "POST /v1/jobs".to_owned(), key: text.to_owned(), body: Digest::of(body) }))
 }

@@ -15,7 +15,7 @@ use crate::api::problem::{Kind, Problem};
 use crate::store::JobId;
 
 pub(crate) use cancel::cancel;
-pub(crate) use create::create;
+pub(crate) use create::{MAX_JOB_BYTES, create};
 pub(crate) use delete::delete;
 pub(crate) use document::{Failure, document, tag};
 pub(crate) use events::events;

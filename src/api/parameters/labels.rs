@@ -5,13 +5,7 @@ use serde_json::Value;
 use super::{escaped, fault};
 use crate::engine::job::Labels;
 use crate::formats::faults::Fault;
-
-/// Most labels of a job: a title block has room for a few, a listing shows them all.
-const MAX_LABELS: usize = 32;
-/// Longest name of a label, characters: it stands in filters (`label.KEY=VALUE`).
-const MAX_KEY: usize = 64;
-/// Longest value of a label, characters.
-const MAX_VALUE: usize = 256;
+use crate::formats::surface_json::{MAX_LABEL_NAME as MAX_KEY, MAX_LABELS, MAX_TEXT as MAX_VALUE};
 
 /// Reads labels; what is wrong is added to `faults`.
 pub(super) fn read(value: Value, faults: &mut Vec<Fault>) -> Labels {
@@ -72,7 +66,7 @@ mod tests {
     #[test]
     fn their_number_is_bounded() {
         let mut faults = Vec::new();
-        let many: serde_json::Map<_, _> = (0..33).map(|i| (format!("k{i}"), json!("v"))).collect();
+        let many: serde_json::Map<_, _> = (0..=MAX_LABELS).map(|i| (format!("k{i}"), json!("v"))).collect();
         read(Value::Object(many), &mut faults);
         assert_eq!(faults.len(), 1);
     }

@@ -73,16 +73,71 @@ fn nested(path: &[String], value: Value) -> Value {
 
 /// serde's message in the words of this API.
 fn plain(message: &str) -> String {
-    message.strip_prefix("unknown field ").map_or_else(
-        || message.to_owned(),
-        |rest| match rest.split_once(", expected ") {
-            Some((name, known)) => {
-                let known = known.trim_start_matches("one of ");
-                format!("there is no parameter {name} here; there is {known}")
+    let known = |rest: &str| rest.trim_start_matches("one of ").to_owned();
+    if let Some(rest) = message.strip_prefix("unknown field ") {
+        return match rest.split_once(", expected ") {
+            Some((name, others)) => format!("there is no parameter {name} here; there is {}", known(others)),
+            None => format!("there is no parameter {} here", rest.split(',').next().unwrap_or(rest)),
+        };
+    }
+    if let Some(rest) = message.strip_prefix("unknown variant ") {
+        return match rest.split_once(", expected ") {
+            Some((name, others)) => format!("there is no {name} here; there is {}", known(others)),
+            None => format!("there is no {rest} here"),
+        };
+    }
+    if let Some(name) = message.strip_prefix("missing field ") {
+        return format!("{name} is missing");
+    }
+    if let Some((given, wanted)) = message.split_once(", expected ") {
+        for start in ["invalid type: ", "invalid value: "] {
+            if let Some(given) = given.strip_prefix(start) {
+                return format!("this must be {}, and is {}", in_words(wanted), given_in_words(given));
             }
-            None => format!("there is no parameter {rest} here"),
-        },
-    )
+        }
+        if let Some(length) = given.strip_prefix("invalid length ") {
+            return format!("this must be {}, and has {length}", in_words(wanted));
+        }
+    }
+    "this has none of the forms that it may have".to_owned()
+}
+
+/// What serde expects.
+fn in_words(wanted: &str) -> String {
+    let wanted = wanted.trim_start_matches("a borrowed ");
+    for (theirs, ours) in [("an array of length ", "a list of "), ("a tuple of size ", "a list of ")] {
+        if let Some(length) = wanted.strip_prefix(theirs) {
+            return format!("{ours}{length}");
+        }
+    }
+    let ours = match wanted.split(' ').next().unwrap_or(wanted) {
+        "f64" | "f32" => "a number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, not below 0",
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
+        "struct" | "map" => "an object",
+        "string" | "str" => "a text",
+        "bool" | "boolean" => "true or false",
+        "enum" => "a word",
+        _ => return wanted.to_owned(),
+    };
+    ours.to_owned()
+}
+
+/// What was given, as serde names it.
+fn given_in_words(given: &str) -> String {
+    for (theirs, ours) in
+        [("string ", "the text "), ("integer ", "the number "), ("floating point ", "the number "), ("boolean ", "")]
+    {
+        if let Some(value) = given.strip_prefix(theirs) {
+            return format!("{ours}{}", value.replace('`', ""));
+        }
+    }
+    match given {
+        "null" | "unit value" => "null".to_owned(),
+        "map" => "an object".to_owned(),
+        "sequence" => "a list".to_owned(),
+        other => other.to_owned(),
+    }
 }
 
 #[cfg(test)]
@@ -110,6 +165,28 @@ mod tests {
     fn a_word_in_place_of_a_tolerance_is_pointed_at() {
         let faults = faults_of(json!({ "triangulation": { "tolerance": { "chord": "fine" } } }));
         assert_eq!(faults[0].0, "/triangulation/tolerance/chord");
+    }
+
+    #[test]
+    fn no_fault_speaks_the_words_of_the_reader() {
+        let cases = [
+            (
+                json!({ "triangulation": { "tolerance": { "chord": "fine" } } }),
+                "this must be a number, and is the text \"fine\"",
+            ),
+            (json!({ "flattening": { "readings": { "order": "up" } } }), "there is no `up` here; there is `fifo`"),
+            (json!({ "flattening": { "method": 5 } }), "and is the number 5"),
+            (json!({ "triangulation": 7 }), "this must be an object, and is the number 7"),
+            (json!({ "triangulation": null }), "this must be an object, and is null"),
+            (json!({ "limits": { "stretch_percent": [1] } }), "this must be a number, and is a list"),
+        ];
+        for (value, words) in cases {
+            let faults = faults_of(value);
+            assert!(faults.iter().any(|(_, detail)| detail.contains(words)), "{words}: {faults:?}");
+            for theirs in ["variant", "f64", "struct", "invalid type", "expected", "sequence"] {
+                assert!(faults.iter().all(|(_, detail)| !detail.contains(theirs)), "{theirs}: {faults:?}");
+            }
+        }
     }
 
     #[test]

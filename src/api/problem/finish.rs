@@ -1,20 +1,27 @@
-//! The layer that writes problem documents, outermost but for the headers that every answer carries.
+//! The layer that writes problem documents, outermost but for the headers that every answer carries. It also answers
+//! `OPTIONS` at every address that there is.
 
 use std::sync::Arc;
 
 use axum::body::Body;
 use axum::extract::Request;
-use axum::http::{HeaderValue, header};
+use axum::http::{HeaderValue, Method, StatusCode, header};
 use axum::middleware::Next;
-use axum::response::Response;
+use axum::response::{IntoResponse as _, Response};
 
 use super::{Kind, Problem};
+use crate::api::layers::RequestId;
 
 /// Writes the document of a problem, and makes problems of error answers that are none.
 pub async fn finish(request: Request, next: Next) -> Response {
     let path = request.uri().path().to_owned();
     let method = request.method().clone();
+    let id = request.extensions().get::<RequestId>().cloned();
     let mut response = next.run(request).await;
+    if method == Method::OPTIONS && response.status() == StatusCode::METHOD_NOT_ALLOWED {
+        // The router adds `Allow`, which is the answer.
+        return StatusCode::NO_CONTENT.into_response();
+    }
     if !response.status().is_client_error() && !response.status().is_server_error() {
         return response;
     }
@@ -33,6 +40,7 @@ pub async fn finish(request: Request, next: Next) -> Response {
     parts.headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
     parts.headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     // A problem holds strings, numbers that were checked, and nothing that can fail to be written.
-    let body = serde_json::to_vec(&problem.document(&path)).unwrap_or_default();
+    let body = serde_json::to_vec(&problem.document(&path).to(id.as_ref().map(|RequestId(id)| id.as_str())))
+        .unwrap_or_default();
     Response::from_parts(parts, Body::from(body))
 }

@@ -121,6 +121,7 @@ impl Problem {
             status: self.0.kind.status().as_u16(),
             detail: &self.0.detail,
             instance,
+            request_id: None,
             code: self.0.code.as_deref().unwrap_or(self.0.kind.slug()),
             place: self.0.place.as_ref(),
             remedies: &self.0.remedies,
@@ -138,6 +139,8 @@ pub struct Document<'a> {
     status: u16,
     detail: &'a str,
     instance: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    request_id: Option<&'a str>,
     code: &'a str,
     #[serde(skip_serializing_if = "Option::is_none")]
     place: Option<&'a Place>,
@@ -145,6 +148,15 @@ pub struct Document<'a> {
     remedies: &'a [Remedy],
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     errors: &'a [Fault],
+}
+
+impl<'a> Document<'a> {
+    /// The same as the answer to the request with this id.
+    #[must_use]
+    pub fn to(mut self, request_id: Option<&'a str>) -> Self {
+        self.request_id = request_id;
+        self
+    }
 }
 
 impl IntoResponse for Problem {

@@ -33,9 +33,35 @@ impl Problem {
     pub fn json(error: &serde_json::Error) -> Self {
         let text = error.to_string();
         let text = text.split(" at line ").next().unwrap_or(&text);
-        Self::new(Kind::InvalidJson, format!("Line {}, column {}: {text}.", error.line(), error.column()))
+        let said =
+            JSON_WORDS.iter().find(|(theirs, _)| text.starts_with(theirs)).map_or("this is not JSON", |(_, ours)| ours);
+        Self::new(Kind::InvalidJson, format!("Line {}, column {}: {said}.", error.line(), error.column()))
     }
 }
+
+/// What the JSON reader says, and what is said to people.
+const JSON_WORDS: [(&str, &str); 20] = [
+    ("EOF while parsing a list", "the text ends inside a list"),
+    ("EOF while parsing an object", "the text ends inside an object"),
+    ("EOF while parsing a string", "the text ends inside a text in quotes"),
+    ("EOF while parsing a value", "the text ends where a value is expected"),
+    ("expected `:`", "a colon is expected after the field's name"),
+    ("expected `,` or `]`", "a comma or ] is expected here"),
+    ("expected `,` or `}`", "a comma or } is expected here"),
+    ("expected ident", "true, false, null or another value is expected here"),
+    ("expected value", "a value is expected here"),
+    ("expected `\"`", "a field's name in double quotes is expected here"),
+    ("invalid escape", "there is no such escape in a text: \\ must be written as \\\\"),
+    ("invalid number", "this is not a number"),
+    ("number out of range", "the number is too large"),
+    ("invalid unicode code point", "the text is not UTF-8"),
+    ("control character", "a line break or another control character stands inside a text"),
+    ("key must be a string", "a field's name in double quotes is expected here"),
+    ("lone leading surrogate", "half of a character stands in an escape"),
+    ("unexpected end of hex escape", "an escape ends too early"),
+    ("trailing comma", "no comma may stand before the end of a list or an object"),
+    ("trailing characters", "something follows after the end of the document"),
+];
 
 /// What a client is told to wait when the database did not answer, seconds.
 const STORAGE_RETRY_S: u32 = 5;
@@ -98,5 +124,48 @@ impl From<QueryRejection> for Problem {
 impl From<PathRejection> for Problem {
     fn from(rejection: PathRejection) -> Self {
         Self::new(Kind::BadRequest, format!("The address cannot be read: {}.", rejection.body_text()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_json_is_told_in_our_words() {
+        let bad = [
+            "",
+            "{",
+            "[1",
+            "{\"a\"",
+            "{\"a\":",
+            "[1 2]",
+            "{\"a\":1 2}",
+            "{a:1}",
+            "[,]",
+            "tru",
+            "\"\\x\"",
+            "01",
+            "-",
+            "1e999",
+            "\"\n\"",
+            "\"\\ud800\"",
+            "\"abc",
+            "[1,]",
+            "{\"a\":1,}",
+            "1 2",
+            "\"\\u12\"",
+        ];
+        for text in bad {
+            let error = serde_json::from_str::<serde_json::Value>(text).unwrap_err();
+            let problem = Problem::json(&error);
+            let said = problem.document("/").to(None);
+            let said = serde_json::to_value(said).unwrap()["detail"].as_str().unwrap().to_owned();
+            assert!(said.starts_with("Line "), "{text}: {said}");
+            for theirs in ["EOF", "parsing", "ident", "surrogate", "trailing"] {
+                assert!(!said.contains(theirs), "{text}: {said}");
+            }
+            assert!(!said.contains("this is not JSON"), "{text} has no words of its own: {error}");
+        }
     }
 }

@@ -4,11 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::body::{Body, Bytes};
-use axum::http::{HeaderMap, header};
+use axum::http::{HeaderMap, HeaderValue, header};
 use http_body_util::BodyExt;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::Instant;
 
+use super::coding::{Coding, Unpacking};
 use crate::api::problem::{Kind, Problem};
 use crate::formats::sniff::{Sniffed, sniff};
 
@@ -37,8 +38,10 @@ pub(crate) struct BodyLimits {
 /// A body that was read. It keeps its share of the memory account until it is dropped.
 #[derive(Debug)]
 pub(crate) struct Received {
-    /// The bytes.
+    /// The bytes, unpacked.
     pub bytes: Bytes,
+    /// What they are.
+    pub media: Media,
     _memory: OwnedSemaphorePermit,
 }
 
@@ -51,54 +54,77 @@ impl BodyLimits {
     }
 }
 
-/// Reads a JSON body of at most `longest` bytes (and at most what the service takes anywhere).
+/// Reads a body of one of the `accepted` types and of at most `longest` bytes (and at most what the service takes
+/// anywhere), as it is sent and unpacked.
 ///
 /// # Errors
-/// 413, 415, 408, 503, or 400 when the client stopped sending.
+/// 413, 415, 408, 503, or 400 when the client stopped sending or the body is not packed as it is said to be.
 pub(crate) async fn receive(
     limits: &BodyLimits,
     longest: usize,
+    accepted: &[Media],
     headers: &HeaderMap,
     mut body: Body,
 ) -> Result<Received, Problem> {
     let longest = longest.min(limits.longest);
-    let form = content_form(headers)?;
+    let told = told(headers, accepted)?;
+    let coding = Coding::of(headers)?;
     let announced = headers.get(header::CONTENT_LENGTH).and_then(|v| v.to_str().ok()).and_then(|v| v.parse().ok());
     if announced.is_some_and(|length: usize| length > longest) {
         discard(&mut body).await;
         return Err(too_large(longest));
     }
-    let share = u32::try_from(announced.unwrap_or(longest).div_ceil(GRAIN).max(1)).unwrap_or(u32::MAX);
+    // How long a packed body becomes is known when it has been unpacked.
+    let length = announced.filter(|_| coding.is_none());
+    let share = u32::try_from(length.unwrap_or(longest).div_ceil(GRAIN).max(1)).unwrap_or(u32::MAX);
     let memory = tokio::time::timeout(limits.patience, Arc::clone(&limits.memory).acquire_many_owned(share)).await;
     let Ok(Ok(memory)) = memory else {
         return Err(Problem::new(Kind::Overloaded, "Too many bodies are being read at once; this one was not read.")
             .retry_after(RETRY_S));
     };
     let deadline = Instant::now() + limits.time;
-    let mut bytes = Vec::with_capacity(announced.unwrap_or(0));
-    loop {
-        let Ok(frame) = tokio::time::timeout_at(deadline, body.frame()).await else {
-            return Err(Problem::new(
-                Kind::BodyTimeout,
-                format!(
-                    "The body was not there after {} seconds; {} bytes had come.",
-                    limits.time.as_secs(),
-                    bytes.len()
-                ),
-            ));
-        };
-        let Some(frame) = frame else { break };
-        let frame = frame.map_err(|_| Problem::new(Kind::BadRequest, "The body ended before its announced end."))?;
-        let Ok(data) = frame.into_data() else { continue };
-        if bytes.len() + data.len() > longest {
+    let mut bytes = Vec::with_capacity(length.unwrap_or(0));
+    let read = match coding {
+        None => tokio::time::timeout_at(deadline, plain(&mut body, longest, &mut bytes)).await,
+        Some(coding) => tokio::time::timeout_at(deadline, coding.unpack(&mut body, longest, &mut bytes)).await,
+    };
+    match read {
+        Ok(Ok(())) => {}
+        Ok(Err(Unpacking::TooLong)) => {
             drop(bytes);
             discard(&mut body).await;
             return Err(too_large(longest));
         }
-        bytes.extend_from_slice(&data);
+        Ok(Err(Unpacking::Damaged)) => {
+            let detail = coding.map_or_else(
+                || "The body ended before its announced end.".to_owned(),
+                |coding| format!("The body is said to be packed with {} and cannot be unpacked.", coding.name()),
+            );
+            return Err(Problem::new(Kind::BadRequest, detail));
+        }
+        Err(_) => {
+            let (seconds, read) = (limits.time.as_secs(), bytes.len());
+            let detail = format!("The body was not there after {seconds} seconds; {read} bytes had come.");
+            return Err(Problem::new(Kind::BodyTimeout, detail));
+        }
     }
-    form.admit(&bytes)?;
-    Ok(Received { bytes: bytes.into(), _memory: memory })
+    let media = match told {
+        Some(media) => media,
+        None => recognised(&bytes, accepted)?,
+    };
+    Ok(Received { bytes: bytes.into(), media, _memory: memory })
+}
+
+/// Reads a body that is not packed.
+async fn plain(body: &mut Body, longest: usize, out: &mut Vec<u8>) -> Result<(), Unpacking> {
+    while let Some(frame) = body.frame().await {
+        let Ok(data) = frame.map_err(|_| Unpacking::Damaged)?.into_data() else { continue };
+        if out.len() + data.len() > longest {
+            return Err(Unpacking::TooLong);
+        }
+        out.extend_from_slice(&data);
+    }
+    Ok(())
 }
 
 fn too_large(longest: usize) -> Problem {
@@ -121,48 +147,77 @@ async fn discard(body: &mut Body) {
     let _ = tokio::time::timeout(DISCARD_TIME, reading).await;
 }
 
-/// What the header says of the body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Form {
+/// A type of body.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Media {
     /// JSON.
     Json,
-    /// Nothing, or what curl says unasked: the first bytes tell.
-    Untold,
+    /// glTF binary.
+    GltfBinary,
+    /// Parts, as a form sends them; the whole type, which has the boundary between them.
+    Multipart(HeaderValue),
 }
 
-impl Form {
-    fn admit(self, bytes: &[u8]) -> Result<(), Problem> {
-        match (self, sniff(bytes)) {
-            (Self::Json, _) | (Self::Untold, Some(Sniffed::Json)) => Ok(()),
-            (Self::Untold, Some(Sniffed::GltfBinary)) => {
-                Err(unsupported("The body is glTF binary (it begins with `glTF`), and meshes are not read here."))
-            }
-            (Self::Untold, None) => {
-                Err(unsupported("The body has no type of its own and does not begin like JSON (with `{`)."))
-            }
+impl Media {
+    /// Parts, where it does not matter what stands between them: for lists of what is accepted.
+    pub(crate) const PARTS: Self = Self::Multipart(HeaderValue::from_static("multipart/form-data"));
+
+    const fn name(&self) -> &'static str {
+        match self {
+            Self::Json => "application/json",
+            Self::GltfBinary => "model/gltf-binary",
+            Self::Multipart(_) => "multipart/form-data",
         }
     }
+
+    fn is_among(&self, accepted: &[Self]) -> bool {
+        accepted.iter().any(|other| other.name() == self.name())
+    }
 }
 
-fn content_form(headers: &HeaderMap) -> Result<Form, Problem> {
-    if let Some(encoding) = headers.get(header::CONTENT_ENCODING)
-        && !encoding.as_bytes().eq_ignore_ascii_case(b"identity")
-    {
-        return Err(unsupported("The body is compressed, and compressed bodies are not read here."));
-    }
-    let Some(value) = headers.get(header::CONTENT_TYPE) else { return Ok(Form::Untold) };
+/// What the header says of the body; none when it says nothing, or what curl says unasked.
+fn told(headers: &HeaderMap, accepted: &[Media]) -> Result<Option<Media>, Problem> {
+    let Some(value) = headers.get(header::CONTENT_TYPE) else { return Ok(None) };
     let text = value.to_str().unwrap_or_default();
     let essence = text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
-    match essence.as_str() {
-        "application/json" | "text/json" => Ok(Form::Json),
-        "" | "application/x-www-form-urlencoded" | "application/octet-stream" => Ok(Form::Untold),
-        other => Err(unsupported(&format!("The body is said to be {}.", other.escape_default()))),
+    let media = match essence.as_str() {
+        "application/json" | "text/json" => Media::Json,
+        "model/gltf-binary" => Media::GltfBinary,
+        "multipart/form-data" => Media::Multipart(value.clone()),
+        "" | "application/x-www-form-urlencoded" | "application/octet-stream" => return Ok(None),
+        other => return Err(unsupported(&format!("The body is said to be {}.", other.escape_default()), accepted)),
+    };
+    if media.is_among(accepted) {
+        return Ok(Some(media));
     }
+    Err(unsupported(&format!("The body is said to be {essence}, which is not read here."), accepted))
 }
 
-fn unsupported(what: &str) -> Problem {
-    Problem::new(Kind::UnsupportedMediaType, format!("{what} Send JSON, as application/json."))
-        .with_header(header::ACCEPT, axum::http::HeaderValue::from_static("application/json"))
+/// What the body is by its first bytes.
+fn recognised(bytes: &[u8], accepted: &[Media]) -> Result<Media, Problem> {
+    let media = match sniff(bytes) {
+        Some(Sniffed::Json) => Media::Json,
+        Some(Sniffed::GltfBinary) => Media::GltfBinary,
+        None => {
+            return Err(unsupported(
+                "The body has no type of its own and does not begin like JSON (with `{`).",
+                accepted,
+            ));
+        }
+    };
+    if media.is_among(accepted) {
+        return Ok(media);
+    }
+    Err(unsupported(&format!("The body is {} by its first bytes, which is not read here.", media.name()), accepted))
+}
+
+fn unsupported(what: &str, accepted: &[Media]) -> Problem {
+    let names: Vec<&str> = accepted.iter().map(Media::name).collect();
+    let problem = Problem::new(Kind::UnsupportedMediaType, format!("{what} Send {}.", names.join(" or ")));
+    match HeaderValue::from_str(&names.join(", ")) {
+        Ok(list) => problem.with_header(header::ACCEPT, list),
+        Err(_) => problem,
+    }
 }
 
 #[cfg(test)]
@@ -180,7 +235,10 @@ mod tests {
 
     async fn kind_of(headers: HeaderMap, body: &'static str) -> Result<Bytes, Kind> {
         let limits = limits(10, 10);
-        receive(&limits, usize::MAX, &headers, Body::from(body)).await.map(|r| r.bytes).map_err(|p| p.kind())
+        receive(&limits, usize::MAX, &[Media::Json], &headers, Body::from(body))
+            .await
+            .map(|r| r.bytes)
+            .map_err(|p| p.kind())
     }
 
     #[tokio::test]
@@ -199,18 +257,55 @@ mod tests {
         assert_eq!(kind_of(HeaderMap::new(), "{         }").await, Err(Kind::BodyTooLarge));
     }
 
-    #[tokio::test]
-    async fn a_compressed_body_is_refused_by_its_header() {
+    async fn packed(coding: &'static str, bytes: Vec<u8>, longest: usize) -> Result<Bytes, Kind> {
+        let limits = BodyLimits::new(longest, 1 << 30, Duration::from_secs(60));
         let mut headers = typed("application/json");
-        headers.insert(header::CONTENT_ENCODING, axum::http::HeaderValue::from_static("gzip"));
-        assert_eq!(kind_of(headers, "{}").await, Err(Kind::UnsupportedMediaType));
+        headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static(coding));
+        let read = receive(&limits, usize::MAX, &[Media::Json], &headers, Body::from(bytes)).await;
+        read.map(|r| r.bytes).map_err(|p| p.kind())
+    }
+
+    async fn pack(coding: &str, plain: &[u8]) -> Vec<u8> {
+        use async_compression::tokio::bufread::{GzipEncoder, ZstdEncoder};
+        use tokio::io::AsyncReadExt as _;
+        let mut out = Vec::new();
+        match coding {
+            "gzip" => GzipEncoder::new(plain).read_to_end(&mut out).await.unwrap(),
+            _ => ZstdEncoder::new(plain).read_to_end(&mut out).await.unwrap(),
+        };
+        out
+    }
+
+    #[tokio::test]
+    async fn a_packed_body_is_unpacked_and_bounded_on_both_sides() {
+        for coding in ["gzip", "zstd"] {
+            let text = format!("{{{}}}", " ".repeat(9_998));
+            let sent = pack(coding, text.as_bytes()).await;
+            assert_eq!(packed(coding, sent.clone(), 10_000).await, Ok(text.into()), "{coding}");
+            // One byte more than may be, unpacked.
+            assert_eq!(packed(coding, sent.clone(), 9_999).await, Err(Kind::BodyTooLarge));
+            // 64 MiB in some kilobytes.
+            let bomb = pack(coding, &vec![b' '; 64 << 20]).await;
+            assert!(bomb.len() < 100_000);
+            assert_eq!(packed(coding, bomb, 1 << 20).await, Err(Kind::BodyTooLarge));
+            // Longer than may be as it is sent, and nothing when unpacked.
+            let empty = pack(coding, b"").await.repeat(10_000);
+            assert_eq!(packed(coding, empty, 10_000).await, Err(Kind::BodyTooLarge));
+            // Not what it is said to be, or cut.
+            assert_eq!(packed(coding, b"{}".to_vec(), 10_000).await, Err(Kind::BadRequest));
+            assert_eq!(packed(coding, sent[..sent.len() - 5].to_vec(), 10_000).await, Err(Kind::BadRequest));
+        }
+        for other in ["br", "deflate", "gzip, gzip"] {
+            assert_eq!(packed(other, b"{}".to_vec(), 10_000).await, Err(Kind::UnsupportedMediaType), "{other}");
+        }
+        assert_eq!(packed("identity", b"{}".to_vec(), 10_000).await, Ok("{}".into()));
     }
 
     #[tokio::test]
     async fn a_body_that_does_not_come_ends_in_a_timeout() {
         let body = Body::from_stream(futures_util::stream::pending::<Result<Bytes, std::io::Error>>());
         let limits = limits(10, 10);
-        let problem = receive(&limits, 10, &HeaderMap::new(), body).await.unwrap_err();
+        let problem = receive(&limits, 10, &[Media::Json], &HeaderMap::new(), body).await.unwrap_err();
         assert_eq!(problem.kind(), Kind::BodyTimeout);
     }
 
@@ -218,10 +313,10 @@ mod tests {
     async fn bodies_beyond_the_memory_are_told_to_come_again() {
         let limits = limits(2048, 2048);
         let long: String = format!("{{{}}}", " ".repeat(1500));
-        let first = receive(&limits, 2048, &HeaderMap::new(), Body::from(long.clone())).await.unwrap();
-        let second = receive(&limits, 2048, &HeaderMap::new(), Body::from(long.clone())).await;
+        let first = receive(&limits, 2048, &[Media::Json], &HeaderMap::new(), Body::from(long.clone())).await.unwrap();
+        let second = receive(&limits, 2048, &[Media::Json], &HeaderMap::new(), Body::from(long.clone())).await;
         assert_eq!(second.unwrap_err().kind(), Kind::Overloaded);
         drop(first);
-        assert!(receive(&limits, 2048, &HeaderMap::new(), Body::from(long)).await.is_ok());
+        assert!(receive(&limits, 2048, &[Media::Json], &HeaderMap::new(), Body::from(long)).await.is_ok());
     }
 }

@@ -77,6 +77,15 @@ impl Query {
         parts.join("&")
     }
 
+    /// The parameters but for these, in the order in which they were given, as a query's text.
+    #[must_use]
+    pub(crate) fn in_order_without(&self, left_out: &[&str]) -> String {
+        let kept = self.0.iter().filter(|(name, _)| !left_out.contains(&name.as_str()));
+        let parts: Vec<String> =
+            kept.map(|(name, value)| format!("{}={}", percent_encoded(name), percent_encoded(value))).collect();
+        parts.join("&")
+    }
+
     /// The value of a parameter, read as a `T`.
     ///
     /// # Errors

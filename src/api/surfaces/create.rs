@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Response};
 use super::{Reading, document, read};
 use crate::api::App;
 use crate::api::problem::Problem;
-use crate::api::request::{Query, receive};
+use crate::api::request::{Media, Query, receive};
 
 /// 201 for a new surface, 200 for one that is there already; the id depends on the content and how it is read alone.
 pub(crate) async fn create(
@@ -21,7 +21,7 @@ pub(crate) async fn create(
     app.admit()?;
     query.only(&["units", "side"])?;
     let reading = Reading::of(&query)?;
-    let received = receive(app.bodies(), usize::MAX, &headers, body).await?;
+    let received = receive(app.bodies(), usize::MAX, &[Media::Json], &headers, body).await?;
     let new = app
         .on_a_thread(move || {
             let bytes = received.bytes.clone();

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
-use super::limits::{MAX_LABELS, MAX_TEXT, ReadLimits};
+use super::limits::{MAX_LABEL_NAME, MAX_LABELS, MAX_TEXT, ReadLimits};
 use super::text::{JsonText, Kind, SyntaxError};
 use crate::engine::nurbs::MAX_DEGREE;
 use crate::engine::trimming::Side;
@@ -464,8 +464,8 @@ impl DraftReader<'_> {
                 continue;
             }
             self.within(Step::Named(key.chars().take(MAX_TEXT).collect()), |r| {
-                if key.is_empty() || key.chars().count() > MAX_TEXT {
-                    r.fault(format!("a label's name has 1 to {MAX_TEXT} characters"));
+                if key.is_empty() || key.chars().count() > MAX_LABEL_NAME {
+                    r.fault(format!("a label's name has 1 to {MAX_LABEL_NAME} characters"));
                 }
                 if labels.contains_key(&key) {
                     r.fault("this label is given twice: keep one of them");

@@ -9,9 +9,11 @@ pub const MAX_LOOPS: usize = 10_000;
 pub const MAX_CURVES: usize = 100_000;
 /// Most control points and polyline points in all trimming curves.
 pub const MAX_TRIM_POINTS: usize = 1_000_000;
-/// Most labels.
+/// Most labels of a surface, and of a job: a title block has room for a few, a listing shows them all.
 pub const MAX_LABELS: usize = 64;
-/// Most characters of a name, a label's key or its value. They go into title blocks and listings.
+/// Most characters of a label's name: it stands in filters (`label.NAME=VALUE`).
+pub const MAX_LABEL_NAME: usize = 64;
+/// Most characters of a surface's name or a label's value. They go into title blocks and listings.
 pub const MAX_TEXT: usize = 1000;
 
 /// Largest coordinate, millimetres (1000 km). A double keeps 16 digits: beyond this a tenth of a micrometre is lost.

@@ -15,7 +15,7 @@ mod write;
 use std::collections::BTreeMap;
 
 pub use envelope::{Envelope, envelope};
-pub use limits::ReadLimits;
+pub use limits::{MAX_LABEL_NAME, MAX_LABELS, MAX_TEXT, ReadLimits};
 pub use write::write;
 
 use super::faults::{Fault, FaultList, Step, pointer};

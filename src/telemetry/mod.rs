@@ -1,4 +1,10 @@
-//! Logging set-up. Lines go to standard error; standard output belongs to the address line and to `run` and `check`.
+//! What the service tells of itself: its log, and its [metrics](Metrics).
+//!
+//! Log lines go to standard error; standard output belongs to the address line and to `run` and `check`.
+
+mod metrics;
+
+pub use metrics::{Metrics, Standing, Stored, kind_label};
 
 use tracing_subscriber::EnvFilter;
 
