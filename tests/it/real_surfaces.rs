@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use glam::{DVec2, DVec3};
+use reqwest::Method;
 use robust::{Coord, orient2d};
 use serde_json::{Value, json};
 
@@ -31,7 +32,6 @@ fn name(path: &Path) -> String {
 
 /// A client of one service.
 struct Client {
-    http: reqwest::Client,
     service: Service,
     _data: tempfile::TempDir,
 }
@@ -39,33 +39,24 @@ struct Client {
 impl Client {
     fn new() -> Self {
         let data = tempfile::tempdir().unwrap();
-        Self { http: reqwest::Client::new(), service: Service::start(data.path(), &[]), _data: data }
-    }
-
-    fn url(&self, path: &str) -> String {
-        format!("{}{path}", self.service.address)
+        Self { service: Service::start(data.path(), &[]), _data: data }
     }
 
     async fn store(&self, path: &Path) -> String {
         let answer = self
-            .http
-            .post(self.url("/v1/surfaces"))
-            .header("content-type", "application/json")
-            .body(std::fs::read(path).unwrap())
-            .send()
-            .await
-            .unwrap();
-        let status = answer.status();
-        let body: Value = answer.json().await.unwrap();
-        assert!(status.is_success(), "{}: {status} {body:#}", path.display());
+            .service
+            .send(Method::POST, "/v1/surfaces", |r| {
+                r.header("content-type", "application/json").body(std::fs::read(path).unwrap())
+            })
+            .await;
+        assert!(answer.status.is_success(), "{}: {} {}", path.display(), answer.status, answer.text());
+        let body = answer.json();
         body["id"].as_str().unwrap().to_owned()
     }
 
     /// Runs a job to its end and gives its document.
     async fn run(&self, job: &Value) -> Value {
-        let answer = self.http.post(self.url("/v1/jobs")).json(job).send().await.unwrap();
-        assert_eq!(answer.status(), 202, "{job}: {}", answer.text().await.unwrap());
-        let created: Value = answer.json().await.unwrap();
+        let created = self.service.post("/v1/jobs", job).await.expect(202).json();
         let address = format!("/v1/jobs/{}?wait=30", created["id"].as_str().unwrap());
         let began = std::time::Instant::now();
         loop {
@@ -78,9 +69,7 @@ impl Client {
     }
 
     async fn json(&self, path: &str) -> Value {
-        let answer = self.http.get(self.url(path)).send().await.unwrap();
-        assert_eq!(answer.status(), 200, "{path}");
-        answer.json().await.unwrap()
+        self.service.get(path).await.expect(200).json()
     }
 
     async fn result(&self, job: &Value, result: &str) -> Value {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use crate::support::api::plate;
+use crate::support::contract::judge;
 use crate::support::service::{Service, program};
 
 /// Longest time that an end may take which is to come at once, on a laden machine.
@@ -118,11 +119,14 @@ async fn many_large_bodies_at_once_take_no_more_memory_than_was_allowed() {
     let mut uploads = tokio::task::JoinSet::new();
     for _ in 0..60 {
         let request = client.post(format!("{}/v1/surfaces", service.address)).body(body.clone());
-        uploads.spawn(async move { request.send().await.map(|answer| answer.status().as_u16()) });
+        uploads.spawn(async move {
+            let answer = request.send().await.unwrap();
+            judge(&reqwest::Method::POST, "/v1/surfaces", answer).await.status.as_u16()
+        });
     }
     let mut read = 0;
     while let Some(answer) = uploads.join_next().await {
-        match answer.unwrap().unwrap() {
+        match answer.unwrap() {
             422 => read += 1,
             status => assert_eq!(status, 503),
         }

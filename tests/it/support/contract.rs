@@ -145,7 +145,7 @@ fn operation(method: &Method, path: &str) -> Option<Value> {
 }
 
 /// Follows a `$ref` into the components.
-fn resolved(value: &Value) -> &Value {
+pub(crate) fn resolved(value: &Value) -> &Value {
     match value.get("$ref").and_then(Value::as_str) {
         Some(pointer) => CONTRACT.pointer(pointer.trim_start_matches('#')).expect("a reference that leads somewhere"),
         None => value,

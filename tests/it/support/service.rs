@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use reqwest::{Client, Method};
+use reqwest::{Client, Method, RequestBuilder};
 use serde_json::Value;
 
 use super::contract::{Answer, judge};
@@ -40,14 +40,23 @@ impl Service {
         Self { child, address, client: Client::new() }
     }
 
+    /// Sends a request as it is built by `build`; the answer is held against the contract.
+    pub(crate) async fn send(
+        &self,
+        method: Method,
+        path: &str,
+        build: impl FnOnce(RequestBuilder) -> RequestBuilder,
+    ) -> Answer {
+        let request = build(self.client.request(method.clone(), format!("{}{path}", self.address)));
+        judge(&method, path, request.send().await.unwrap()).await
+    }
+
     pub(crate) async fn get(&self, path: &str) -> Answer {
-        let answer = self.client.get(format!("{}{path}", self.address)).send().await.unwrap();
-        judge(&Method::GET, path, answer).await
+        self.send(Method::GET, path, |request| request).await
     }
 
     pub(crate) async fn post(&self, path: &str, body: &Value) -> Answer {
-        let answer = self.client.post(format!("{}{path}", self.address)).json(body).send().await.unwrap();
-        judge(&Method::POST, path, answer).await
+        self.send(Method::POST, path, |request| request.json(body)).await
     }
 
     /// Sends it a signal by name, as in `TERM`.
