@@ -379,7 +379,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_connection_that_is_kept_between_requests_has_the_idle_time_and_its_next_header_the_header_time() {
-        let limits = ConnectionLimits { idle: Duration::from_secs(60), ..LIMITS };
+        let limits = ConnectionLimits { idle: Duration::from_mins(1), ..LIMITS };
         let (address, ..) = start(limits).await;
         let mut stream = TcpStream::connect(address).await.unwrap();
         for path in ["/", "/slow", "/"] {

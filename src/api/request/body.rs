@@ -258,7 +258,7 @@ mod tests {
     }
 
     async fn packed(coding: &'static str, bytes: Vec<u8>, longest: usize) -> Result<Bytes, Kind> {
-        let limits = BodyLimits::new(longest, 1 << 30, Duration::from_secs(60));
+        let limits = BodyLimits::new(longest, 1 << 30, Duration::from_mins(1));
         let mut headers = typed("application/json");
         headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static(coding));
         let read = receive(&limits, usize::MAX, &[Media::Json], &headers, Body::from(bytes)).await;

@@ -240,8 +240,11 @@ fn prose(source: &str) -> String {
     for block in source.split("\n\n").filter(|block| !block.trim().is_empty()) {
         if block.trim_start().starts_with("- ") {
             let items = block.trim_start().trim_start_matches("- ").split("\n- ");
-            let items: String = items.map(|item| format!("<li>{}</li>", inline(item))).collect();
-            put(&mut out, format_args!("<ul>{items}</ul>"));
+            out.push_str("<ul>");
+            for item in items {
+                put(&mut out, format_args!("<li>{}</li>", inline(item)));
+            }
+            out.push_str("</ul>");
         } else {
             put(&mut out, format_args!("<p>{}</p>", inline(block)));
         }

@@ -120,6 +120,9 @@ pub(crate) async fn judge(method: &Method, path: &str, response: reqwest::Respon
     if essence.ends_with("json") {
         validate(&content["schema"], &answer.json(), &name);
     }
+    if essence == "text/event-stream" {
+        answer.text().split_terminator("\n\n").for_each(|event| drop(super::events::read(event)));
+    }
     for (header, described) in described.get("headers").and_then(Value::as_object).unwrap_or(&Map::new()) {
         if let Some(value) = answer.header(header) {
             let schema = resolved(described)["schema"].clone();

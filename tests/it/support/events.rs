@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use reqwest::Response;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::api::Live;
+use super::contract::validate;
 use super::queue::LONG;
 
 /// One event of a stream, or a comment.
@@ -94,17 +95,24 @@ impl Stream {
     }
 }
 
-fn read(text: &str) -> Event {
+/// Reads an event and holds it against the contract.
+pub(crate) fn read(text: &str) -> Event {
     let mut event = Event::default();
     for line in text.lines() {
         match line.split_once(':').map(|(field, value)| (field, value.trim_start())) {
             Some(("id", value)) => event.id = Some(value.parse().unwrap()),
-            Some(("event", value)) => event.name = value.to_owned(),
+            Some(("event", value)) => value.clone_into(&mut event.name),
             Some(("data", value)) => event.data = serde_json::from_str(value).unwrap(),
             Some(("retry", value)) => event.retry = Some(value.parse().unwrap()),
             Some(("", value)) => event.comment = Some(value.to_owned()),
             other => panic!("no field of an event: {other:?}"),
         }
+    }
+    if !event.name.is_empty() {
+        let id = event.id.expect("an id").to_string();
+        let whole = json!({ "event": event.name, "id": id, "data": event.data.to_string() });
+        validate(&json!({ "$ref": "#/components/schemas/JobEvent" }), &whole, "an event");
+        validate(&json!({ "$ref": "#/components/schemas/JobEventData" }), &event.data, "an event's data");
     }
     event
 }
