@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::App;
 use super::answer::{Form, choose, not_acceptable};
-use super::jobs::{Failure, MAX_JOB_BYTES, Submission, document, faulty, submit};
+use super::jobs::{Failure, MAX_JOB_BYTES, Part, Submission, document, faulty, submit};
 use super::parameters::{self, JobRequest};
 use super::problem::{Kind, Problem};
 use super::request::{Media, Parts, Query, Received, Wait, key, parts, receive};
@@ -49,7 +49,7 @@ pub(super) async fn flatten(
         })
         .await?;
     let (new, request, idempotency) = sent;
-    let (surface, _) = app.store().put_surface(new).await?;
+    let surface = Part::New(Box::new(new));
     let submission = Submission { kind: JobKind::Flatten, request, surface, idempotency };
     let enqueued = submit(&app, submission).await?;
     let id = enqueued.job().id;

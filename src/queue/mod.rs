@@ -30,7 +30,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde_json::Value;
-use tokio::sync::{Notify, broadcast, watch};
+use tokio::sync::{broadcast, watch};
 use tokio::time::{Instant, timeout_at};
 use tokio_util::task::TaskTracker;
 
@@ -43,7 +43,7 @@ pub use crate::store::{
     Cancelled, Change, EnqueueError, Enqueued, IdempotencyKey, Job, JobId, NewJob, NewResult, State,
 };
 
-use crate::store::{Claim, Lane, Progress, Reclaim, Store, StoreError};
+use crate::store::{Claim, Lane, NewSurface, Progress, Reclaim, Store, StoreError};
 use monitor::{Monitor, Stop};
 
 /// Longest that a caller waits for a job, however long it asks for: a time that can be added to any other.
@@ -98,7 +98,6 @@ struct Shared {
     store: Store,
     runner: Arc<dyn Runner>,
     settings: Settings,
-    wake: Wake,
     phase: watch::Sender<Phase>,
     running: Mutex<BTreeMap<u64, Running>>,
     numbers: AtomicU64,
@@ -121,30 +120,6 @@ struct Running {
     written: Progress,
     written_at: Instant,
     stopped_at: Option<Instant>,
-}
-
-/// Signals to idle workers.
-#[derive(Debug, Default)]
-struct Wake {
-    light: Notify,
-    any: Notify,
-}
-
-impl Wake {
-    fn of(&self, lane: Lane) -> &Notify {
-        match lane {
-            Lane::Light => &self.light,
-            Lane::Heavy => &self.any,
-        }
-    }
-
-    /// A job of this lane waits: one worker of each sort that may take it looks.
-    fn signal(&self, lane: Lane) {
-        if lane == Lane::Light {
-            self.light.notify_one();
-        }
-        self.any.notify_one();
-    }
 }
 
 impl Queue {
@@ -175,7 +150,6 @@ impl Queue {
             store,
             runner,
             settings,
-            wake: Wake::default(),
             phase: watch::channel(Phase::Open).0,
             running: Mutex::default(),
             numbers: AtomicU64::new(0),
@@ -196,20 +170,25 @@ impl Queue {
     /// # Errors
     /// [`EnqueueError`]; nothing is stored then.
     pub async fn enqueue(&self, new: NewJob) -> Result<Enqueued, EnqueueError> {
-        let shared = self.0.clone();
-        if *shared.phase.borrow() != Phase::Open {
+        let lane = self.lane(&new)?;
+        self.0.store.enqueue(new, lane, self.0.settings.most_waiting).await
+    }
+
+    /// Accepts a job that comes with its surface: both are stored at once, or neither.
+    ///
+    /// # Errors
+    /// [`EnqueueError`]; nothing is stored then.
+    pub async fn enqueue_with_surface(&self, surface: NewSurface, new: NewJob) -> Result<Enqueued, EnqueueError> {
+        let lane = self.lane(&new)?;
+        self.0.store.enqueue_with_surface(surface, new, lane, self.0.settings.most_waiting).await
+    }
+
+    /// The lane of a job, while jobs are accepted.
+    fn lane(&self, new: &NewJob) -> Result<Lane, EnqueueError> {
+        if !self.is_open() {
             return Err(EnqueueError::Draining);
         }
-        // In a task of its own: a caller that goes away between commit and signal would leave the job to the poll.
-        let accepted = tokio::spawn(async move {
-            let lane = if new.cost <= shared.settings.light_cost { Lane::Light } else { Lane::Heavy };
-            let enqueued = shared.store.enqueue(new, lane, shared.settings.most_waiting).await?;
-            if matches!(enqueued, Enqueued::New(_)) {
-                shared.wake.signal(lane);
-            }
-            Ok(enqueued)
-        });
-        accepted.await.unwrap_or(Err(EnqueueError::Store(StoreError::Interrupted)))
+        Ok(if new.cost <= self.0.settings.light_cost { Lane::Light } else { Lane::Heavy })
     }
 
     /// Cancels a job: at once when it waits; one that runs is told to stop and ends cancelled. `None`: no such job.

@@ -36,7 +36,7 @@ pub struct Settings {
     pub renew_every: Duration,
     /// How often leases that have run out are looked for.
     pub sweep_every: Duration,
-    /// How often idle workers look for jobs of which no signal reached them.
+    /// How often idle workers ask anew for a job, beside being given each that comes.
     pub poll_every: Duration,
     /// How often progress and cancellations are looked at. Well under the second within which a cancelled job stops.
     pub tick_every: Duration,

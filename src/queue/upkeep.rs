@@ -8,7 +8,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval};
 
 use super::monitor::Stop;
 use super::{Phase, Shared};
-use crate::store::{Claim, Lane, Progress, Reclaim, StoreError};
+use crate::store::{Claim, Progress, Reclaim, StoreError};
 
 /// Ticks until the machine has drained.
 pub(super) async fn keep_up(shared: Arc<Shared>) {
@@ -100,7 +100,6 @@ async fn sweep(shared: &Shared) -> Result<(), StoreError> {
     let taken = shared.store.reclaim(Reclaim::Expired, most, super::crashed(most)).await?;
     if taken.requeued > 0 {
         tracing::warn!(requeued = taken.requeued, failed = taken.failed, "leases ran out; the jobs run again");
-        shared.wake.signal(Lane::Light);
     }
     Ok(())
 }

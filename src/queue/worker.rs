@@ -22,26 +22,24 @@ const COMMIT_PAUSE: Duration = Duration::from_millis(200);
 /// Works until the machine drains.
 pub(super) async fn work(shared: Arc<Shared>, lane: Lane, pool: ThreadPool) {
     let mut phase = shared.phase.subscribe();
-    let wake = shared.wake.of(lane);
     while *phase.borrow_and_update() == Phase::Open {
-        // Registered before the query: a job that comes between the two still wakes this worker.
-        let signal = wake.notified();
-        tokio::pin!(signal);
-        signal.as_mut().enable();
-        match shared.store.claim(lane == Lane::Light, shared.settings.lease).await {
-            Ok(Some(claim)) => {
-                // Signals that came while all were busy have merged into one: pass it on.
-                wake.notify_one();
-                run(&shared, claim, &pool).await;
-                continue;
-            }
+        let mut wish = shared.store.wish(lane == Lane::Light, shared.settings.lease);
+        let claimed = tokio::select! {
+            claimed = wish.granted() => claimed,
+            // Jobs become claimable in ways that make no new work too, such as the end of one that crashed before.
+            () = sleep(shared.settings.poll_every) => wish.withdrawn().await,
+            _ = phase.changed() => wish.withdrawn().await,
+        };
+        match claimed {
+            Ok(Some(claim)) => run(&shared, claim, &pool).await,
             Ok(None) => {}
-            Err(error) => tracing::warn!(%error, "no job could be claimed; trying again"),
-        }
-        tokio::select! {
-            () = signal => {}
-            () = sleep(shared.settings.poll_every) => {}
-            _ = phase.changed() => {}
+            Err(error) => {
+                tracing::warn!(%error, "no job could be claimed; trying again");
+                tokio::select! {
+                    () = sleep(shared.settings.poll_every) => {}
+                    _ = phase.changed() => {}
+                }
+            }
         }
     }
 }
@@ -169,9 +167,8 @@ async fn retry(shared: &Shared, claim: Claim, problem: serde_json::Value, timing
 
 /// Puts a claimed job back, or ends it cancelled where that was asked for meanwhile.
 async fn give_back(shared: &Shared, claim: Claim, attempt_counts: bool) {
-    let lane = claim.job.lane;
     match shared.store.give_back(claim.clone(), attempt_counts).await {
-        Ok(true) => shared.wake.signal(lane),
+        Ok(true) => {}
         Ok(false) => commit(shared, &claim, Ending::Cancelled, None).await,
         Err(error) => tracing::error!(job = %claim.job.id, %error, "not given back; its lease will run out"),
     }

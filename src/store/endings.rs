@@ -1,11 +1,11 @@
 //! How jobs end and go: result and final state in one transaction, cancellation, removal.
 
 use serde_json::Value;
-use sqlx::{Row, Sqlite, Transaction};
+use sqlx::{Row, SqliteConnection};
 
 use super::results::{insert_result, remove_orphans};
 use super::rows::{job, returning_job};
-use super::{Claim, Digest, Job, JobId, NewResult, State, Store, StoreError, detached};
+use super::{Claim, Context, Digest, Job, JobId, NewResult, State, Store, StoreError, Written};
 
 /// What a worker makes of its job.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,59 +94,26 @@ impl Store {
     /// # Errors
     /// What the database says; nothing is written then.
     pub async fn finish(&self, claim: &Claim, ending: Ending, timings: Option<Value>) -> Result<Committed, StoreError> {
-        let (store, claim) = (self.clone(), claim.clone());
-        detached(async move {
-            let mut tx = store.begin().await?;
-            let holder = (claim.job.id.bytes(), claim.job.attempt, claim.token.as_bytes().as_slice());
-            let Some(ended) = store.end(&mut tx, holder, &ending, timings.as_ref()).await? else {
-                return Ok(Committed::Lost);
-            };
-            let results = match &ending {
-                Ending::Succeeded { results, .. } | Ending::Failed { results, .. } => results.as_slice(),
-                Ending::Cancelled => &[],
-            };
-            if ended.state != State::Cancelled {
-                for result in results {
-                    insert_result(&mut tx, ended.seq, result).await?;
+        self.write((claim.clone(), ending, timings), |context, (claim, ending, timings), tx| {
+            Box::pin(async {
+                let holder = (claim.job.id.bytes(), claim.job.attempt, claim.token.as_bytes().as_slice());
+                let Some(ended) = end(context, tx, holder, ending, timings.as_ref()).await? else {
+                    return Ok(Written::undo(Committed::Lost));
+                };
+                let results = match ending {
+                    Ending::Succeeded { results, .. } | Ending::Failed { results, .. } => results.as_slice(),
+                    Ending::Cancelled => &[],
+                };
+                if ended.state != State::Cancelled {
+                    for result in results {
+                        insert_result(tx, ended.seq, result).await?;
+                    }
                 }
-            }
-            tx.commit().await?;
-            store.tell([ended.change()]);
-            Ok(Committed::Ended(Box::new(ended)))
+                let change = ended.change();
+                Ok(Written::keep(Committed::Ended(Box::new(ended))).changing([change]))
+            })
         })
         .await
-    }
-
-    /// Ends a running job within a transaction; `None` when the holder (id, attempt, token) holds it no more.
-    pub(super) async fn end(
-        &self,
-        tx: &mut Transaction<'static, Sqlite>,
-        (id, attempt, token): (&[u8], u32, &[u8]),
-        ending: &Ending,
-        timings: Option<&Value>,
-    ) -> Result<Option<Job>, StoreError> {
-        let (state, problem, verdict, resolved) = match ending {
-            Ending::Succeeded { verdict, resolved, .. } => {
-                (State::Succeeded, None, verdict.as_deref(), resolved.as_ref())
-            }
-            Ending::Failed { problem, resolved, .. } => (State::Failed, Some(problem), None, resolved.as_ref()),
-            Ending::Cancelled => (State::Cancelled, None, None, None),
-        };
-        let end_seq = next_end(tx).await?;
-        let row = sqlx::query(END)
-            .bind(id)
-            .bind(attempt)
-            .bind(token)
-            .bind(state.name())
-            .bind(problem.map(Value::to_string))
-            .bind(verdict)
-            .bind(resolved.map(Value::to_string))
-            .bind(timings.map(Value::to_string))
-            .bind(self.clock().wall_us())
-            .bind(end_seq)
-            .fetch_optional(&mut **tx)
-            .await?;
-        row.as_ref().map(job).transpose()
     }
 
     /// Cancels a job: at once when it waits, by a mark that outlives the process when it runs. `None`: no such job.
@@ -154,29 +121,31 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn cancel(&self, id: JobId) -> Result<Option<Cancelled>, StoreError> {
-        let store = self.clone();
-        detached(async move {
-            let mut tx = store.begin().await?;
-            let Some(row) = sqlx::query(super::lists::JOB_BY_ID).bind(id.bytes()).fetch_optional(&mut *tx).await?
-            else {
-                return Ok(None);
-            };
-            let found = Box::new(job(&row)?);
-            let row = match found.state {
-                State::Cancelled => return Ok(Some(Cancelled::Ended(found))),
-                State::Succeeded | State::Failed => return Ok(Some(Cancelled::TooLate(found))),
-                State::Queued => {
-                    let end_seq = next_end(&mut tx).await?;
-                    let cancel = sqlx::query(CANCEL_QUEUED).bind(id.bytes());
-                    cancel.bind(store.clock().wall_us()).bind(end_seq).fetch_one(&mut *tx).await?
-                }
-                State::Running if found.cancel_requested => return Ok(Some(Cancelled::Requested(found))),
-                State::Running => sqlx::query(CANCEL_RUNNING).bind(id.bytes()).fetch_one(&mut *tx).await?,
-            };
-            let changed = Box::new(job(&row)?);
-            tx.commit().await?;
-            store.tell([changed.change()]);
-            Ok(Some(if changed.state.has_ended() { Cancelled::Ended(changed) } else { Cancelled::Requested(changed) }))
+        self.write(id, |context, id, tx| {
+            Box::pin(async {
+                let Some(row) = sqlx::query(super::lists::JOB_BY_ID).bind(id.bytes()).fetch_optional(&mut *tx).await?
+                else {
+                    return Ok(Written::undo(None));
+                };
+                let found = Box::new(job(&row)?);
+                let row = match found.state {
+                    State::Cancelled => return Ok(Written::undo(Some(Cancelled::Ended(found)))),
+                    State::Succeeded | State::Failed => return Ok(Written::undo(Some(Cancelled::TooLate(found)))),
+                    State::Queued => {
+                        let end_seq = next_end(tx).await?;
+                        let cancel = sqlx::query(CANCEL_QUEUED).bind(id.bytes());
+                        cancel.bind(context.clock.wall_us()).bind(end_seq).fetch_one(&mut *tx).await?
+                    }
+                    State::Running if found.cancel_requested => {
+                        return Ok(Written::undo(Some(Cancelled::Requested(found))));
+                    }
+                    State::Running => sqlx::query(CANCEL_RUNNING).bind(id.bytes()).fetch_one(&mut *tx).await?,
+                };
+                let changed = Box::new(job(&row)?);
+                let change = changed.change();
+                let done = if changed.state.has_ended() { Cancelled::Ended } else { Cancelled::Requested };
+                Ok(Written::keep(Some(done(changed))).changing([change]))
+            })
         })
         .await
     }
@@ -186,33 +155,62 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn remove_job(&self, id: JobId) -> Result<Removal, StoreError> {
-        let store = self.clone();
-        detached(async move {
-            let mut tx = store.begin().await?;
-            let Some(row) = sqlx::query(super::lists::JOB_BY_ID).bind(id.bytes()).fetch_optional(&mut *tx).await?
-            else {
-                return Ok(Removal::Absent);
-            };
-            let found = job(&row)?;
-            if !found.state.has_ended() {
-                return Ok(Removal::InUse);
-            }
-            let rows =
-                sqlx::query("SELECT blob FROM results WHERE job = ?1").bind(found.seq).fetch_all(&mut *tx).await?;
-            let mut digests = Vec::with_capacity(rows.len());
-            for row in &rows {
-                digests.push(Digest::from_bytes(row.try_get("blob")?)?);
-            }
-            // Results, labels and idempotency keys go with the row (ON DELETE CASCADE).
-            sqlx::query("DELETE FROM jobs WHERE seq = ?1").bind(found.seq).execute(&mut *tx).await?;
-            remove_orphans(&mut tx, &digests).await?;
-            tx.commit().await?;
-            Ok(Removal::Removed)
+        self.write(id, |_, id, tx| {
+            Box::pin(async {
+                let Some(row) = sqlx::query(super::lists::JOB_BY_ID).bind(id.bytes()).fetch_optional(&mut *tx).await?
+                else {
+                    return Ok(Written::undo(Removal::Absent));
+                };
+                let found = job(&row)?;
+                if !found.state.has_ended() {
+                    return Ok(Written::undo(Removal::InUse));
+                }
+                let rows =
+                    sqlx::query("SELECT blob FROM results WHERE job = ?1").bind(found.seq).fetch_all(&mut *tx).await?;
+                let mut digests = Vec::with_capacity(rows.len());
+                for row in &rows {
+                    digests.push(Digest::from_bytes(row.try_get("blob")?)?);
+                }
+                // Results, labels and idempotency keys go with the row (ON DELETE CASCADE).
+                sqlx::query("DELETE FROM jobs WHERE seq = ?1").bind(found.seq).execute(&mut *tx).await?;
+                remove_orphans(tx, &digests).await?;
+                Ok(Written::keep(Removal::Removed))
+            })
         })
         .await
     }
 }
 
-async fn next_end(tx: &mut Transaction<'static, Sqlite>) -> Result<i64, StoreError> {
-    Ok(sqlx::query(NEXT_END).fetch_one(&mut **tx).await?.try_get("value")?)
+/// Ends a running job within a transaction; `None` when the holder (id, attempt, token) holds it no more.
+pub(super) async fn end(
+    context: &Context,
+    tx: &mut SqliteConnection,
+    (id, attempt, token): (&[u8], u32, &[u8]),
+    ending: &Ending,
+    timings: Option<&Value>,
+) -> Result<Option<Job>, StoreError> {
+    let (state, problem, verdict, resolved) = match ending {
+        Ending::Succeeded { verdict, resolved, .. } => (State::Succeeded, None, verdict.as_deref(), resolved.as_ref()),
+        Ending::Failed { problem, resolved, .. } => (State::Failed, Some(problem), None, resolved.as_ref()),
+        Ending::Cancelled => (State::Cancelled, None, None, None),
+    };
+    let end_seq = next_end(tx).await?;
+    let row = sqlx::query(END)
+        .bind(id)
+        .bind(attempt)
+        .bind(token)
+        .bind(state.name())
+        .bind(problem.map(Value::to_string))
+        .bind(verdict)
+        .bind(resolved.map(Value::to_string))
+        .bind(timings.map(Value::to_string))
+        .bind(context.clock.wall_us())
+        .bind(end_seq)
+        .fetch_optional(&mut *tx)
+        .await?;
+    row.as_ref().map(job).transpose()
+}
+
+async fn next_end(tx: &mut SqliteConnection) -> Result<i64, StoreError> {
+    Ok(sqlx::query(NEXT_END).fetch_one(&mut *tx).await?.try_get("value")?)
 }

@@ -11,11 +11,12 @@
 use std::time::Duration;
 
 use serde_json::Value;
-use sqlx::Row;
+use sqlx::{Row, SqliteConnection};
 use uuid::Uuid;
 
+use super::endings::end;
 use super::rows::{job, returning_job};
-use super::{Ending, Job, JobId, Store, StoreError, detached};
+use super::{Context, Ending, Job, JobId, Store, StoreError, Wish, Written};
 
 /// Where a job waits: small jobs have workers of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -125,24 +126,21 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn claim(&self, light_only: bool, lease: Duration) -> Result<Option<Claim>, StoreError> {
-        let store = self.clone();
-        detached(async move {
-            let token = Uuid::now_v7();
-            let mut tx = store.begin().await?;
-            let row = sqlx::query(if light_only { CLAIM_LIGHT } else { CLAIM_ANY })
-                .bind(store.0.boot.as_bytes().as_slice())
-                .bind(token.as_bytes().as_slice())
-                .bind(store.lease_until(lease))
-                .bind(store.clock().wall_us())
-                .fetch_optional(&mut *tx)
-                .await?;
-            let Some(row) = row else { return Ok(None) };
-            let job = job(&row)?;
-            tx.commit().await?;
-            store.tell([job.change()]);
-            Ok(Some(Claim { job, token }))
+        self.write((light_only, lease), |context, &(light_only, lease), tx| {
+            Box::pin(async move {
+                let claimed = claim(context, tx, light_only, lease).await?;
+                let Some(claim) = claimed else { return Ok(Written::undo(None)) };
+                let change = claim.job.change();
+                Ok(Written::keep(Some(claim)).changing([change]))
+            })
         })
         .await
+    }
+
+    /// The same, but waits until there is such a job: it is claimed by the very commit that accepts it or gives it back.
+    #[must_use]
+    pub fn wish(&self, light_only: bool, lease: Duration) -> Wish {
+        self.0.writer.wish(light_only, lease)
     }
 
     /// Renews leases and writes progress, all in one transaction. Gives for each claim whether it still holds.
@@ -154,36 +152,34 @@ impl Store {
         claims: Vec<(Claim, Option<Progress>)>,
         lease: Duration,
     ) -> Result<Vec<bool>, StoreError> {
-        let store = self.clone();
-        detached(async move {
-            let until = store.lease_until(lease);
-            let mut held = Vec::with_capacity(claims.len());
-            let mut changes = Vec::new();
-            let mut tx = store.begin().await?;
-            for (claim, progress) in &claims {
-                let renewed = sqlx::query(RENEW)
-                    .bind(claim.job.id.bytes())
-                    .bind(claim.job.attempt)
-                    .bind(claim.token.as_bytes().as_slice())
-                    .bind(until)
-                    .execute(&mut *tx)
-                    .await?;
-                held.push(renewed.rows_affected() == 1);
-                if let Some(progress) = progress {
-                    let row = sqlx::query(PROGRESS)
+        self.write((claims, lease), |context, (claims, lease), tx| {
+            Box::pin(async move {
+                let until = lease_until(context, *lease);
+                let mut held = Vec::with_capacity(claims.len());
+                let mut changes = Vec::new();
+                for (claim, progress) in claims {
+                    let renewed = sqlx::query(RENEW)
                         .bind(claim.job.id.bytes())
                         .bind(claim.job.attempt)
                         .bind(claim.token.as_bytes().as_slice())
-                        .bind(progress.fraction.clamp(0.0, 1.0))
-                        .bind(progress.stage)
-                        .fetch_optional(&mut *tx)
+                        .bind(until)
+                        .execute(&mut *tx)
                         .await?;
-                    changes.extend(row.as_ref().map(job).transpose()?.map(|job| job.change()));
+                    held.push(renewed.rows_affected() == 1);
+                    if let Some(progress) = progress {
+                        let row = sqlx::query(PROGRESS)
+                            .bind(claim.job.id.bytes())
+                            .bind(claim.job.attempt)
+                            .bind(claim.token.as_bytes().as_slice())
+                            .bind(progress.fraction.clamp(0.0, 1.0))
+                            .bind(progress.stage)
+                            .fetch_optional(&mut *tx)
+                            .await?;
+                        changes.extend(row.as_ref().map(job).transpose()?.map(|job| job.change()));
+                    }
                 }
-            }
-            tx.commit().await?;
-            store.tell(changes);
-            Ok(held)
+                Ok(Written::keep(held).changing(changes))
+            })
         })
         .await
     }
@@ -203,22 +199,19 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn give_back(&self, claim: Claim, attempt_counts: bool) -> Result<bool, StoreError> {
-        let store = self.clone();
-        detached(async move {
-            let mut tx = store.begin().await?;
-            let row = sqlx::query(GIVE_BACK)
-                .bind(claim.job.id.bytes())
-                .bind(claim.job.attempt)
-                .bind(claim.token.as_bytes().as_slice())
-                .bind(i64::from(!attempt_counts))
-                .bind(0)
-                .fetch_optional(&mut *tx)
-                .await?;
-            let Some(row) = row else { return Ok(false) };
-            let job = job(&row)?;
-            tx.commit().await?;
-            store.tell([job.change()]);
-            Ok(true)
+        self.write((claim, attempt_counts), |_, (claim, attempt_counts), tx| {
+            Box::pin(async move {
+                let row = sqlx::query(GIVE_BACK)
+                    .bind(claim.job.id.bytes())
+                    .bind(claim.job.attempt)
+                    .bind(claim.token.as_bytes().as_slice())
+                    .bind(i64::from(!attempt_counts))
+                    .bind(0)
+                    .fetch_optional(&mut *tx)
+                    .await?;
+                let Some(row) = row else { return Ok(Written::undo(false)) };
+                Ok(Written::keep(true).changing([job(&row)?.change()]).making_work(1))
+            })
         })
         .await
     }
@@ -229,52 +222,77 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn reclaim(&self, which: Reclaim, most_attempts: u32, crashed: Value) -> Result<Reclaimed, StoreError> {
-        let store = self.clone();
-        detached(async move {
-            let mut tx = store.begin().await?;
-            let lost = match which {
-                Reclaim::OtherBoots => sqlx::query(LOST_BY_BOOT).bind(store.0.boot.as_bytes().as_slice()),
-                Reclaim::Expired => sqlx::query(LOST_BY_TIME).bind(store.clock().steady_us()),
-            };
-            let rows = lost.fetch_all(&mut *tx).await?;
-            let mut reclaimed = Reclaimed::default();
-            let mut changes = Vec::with_capacity(rows.len());
-            for row in &rows {
-                let id: &[u8] = row.try_get("id")?;
-                let token: &[u8] = row.try_get("lease_token")?;
-                let attempt: u32 = row.try_get("attempt")?;
-                let cancelled: bool = row.try_get("cancel_requested")?;
-                let ended = if cancelled || attempt >= most_attempts {
-                    let ending = Ending::Failed { problem: crashed.clone(), results: Vec::new(), resolved: None };
-                    let ended = store.end(&mut tx, (id, attempt, token), &ending, None).await?;
-                    if cancelled {
-                        reclaimed.cancelled += 1;
-                    } else {
-                        reclaimed.failed += 1;
-                    }
-                    ended
-                } else {
-                    let row = sqlx::query(GIVE_BACK)
-                        .bind(id)
-                        .bind(attempt)
-                        .bind(token)
-                        .bind(0)
-                        .bind(1)
-                        .fetch_optional(&mut *tx)
-                        .await?;
-                    reclaimed.requeued += 1;
-                    row.as_ref().map(job).transpose()?
-                };
-                changes.extend(ended.map(|job| job.change()));
-            }
-            tx.commit().await?;
-            store.tell(changes);
-            Ok(reclaimed)
+        self.write((which, most_attempts, crashed), |context, (which, most_attempts, crashed), tx| {
+            Box::pin(take_back(context, tx, *which, *most_attempts, crashed))
         })
         .await
     }
+}
 
-    fn lease_until(&self, lease: Duration) -> i64 {
-        self.clock().steady_us().saturating_add(i64::try_from(lease.as_micros()).unwrap_or(i64::MAX))
+/// Claims a job within a transaction.
+pub(super) async fn claim(
+    context: &Context,
+    tx: &mut SqliteConnection,
+    light_only: bool,
+    lease: Duration,
+) -> Result<Option<Claim>, StoreError> {
+    let token = Uuid::now_v7();
+    let row = sqlx::query(if light_only { CLAIM_LIGHT } else { CLAIM_ANY })
+        .bind(context.boot.as_bytes().as_slice())
+        .bind(token.as_bytes().as_slice())
+        .bind(lease_until(context, lease))
+        .bind(context.clock.wall_us())
+        .fetch_optional(tx)
+        .await?;
+    row.map(|row| Ok(Claim { job: job(&row)?, token })).transpose()
+}
+
+async fn take_back(
+    context: &Context,
+    tx: &mut SqliteConnection,
+    which: Reclaim,
+    most_attempts: u32,
+    crashed: &Value,
+) -> Result<Written<Reclaimed>, StoreError> {
+    let lost = match which {
+        Reclaim::OtherBoots => sqlx::query(LOST_BY_BOOT).bind(context.boot.as_bytes().as_slice()),
+        Reclaim::Expired => sqlx::query(LOST_BY_TIME).bind(context.clock.steady_us()),
+    };
+    let rows = lost.fetch_all(&mut *tx).await?;
+    let mut reclaimed = Reclaimed::default();
+    let mut changes = Vec::with_capacity(rows.len());
+    for row in &rows {
+        let id: &[u8] = row.try_get("id")?;
+        let token: &[u8] = row.try_get("lease_token")?;
+        let attempt: u32 = row.try_get("attempt")?;
+        let cancelled: bool = row.try_get("cancel_requested")?;
+        let ended = if cancelled || attempt >= most_attempts {
+            let ending = Ending::Failed { problem: crashed.clone(), results: Vec::new(), resolved: None };
+            let ended = end(context, tx, (id, attempt, token), &ending, None).await?;
+            if cancelled {
+                reclaimed.cancelled += 1;
+            } else {
+                reclaimed.failed += 1;
+            }
+            ended
+        } else {
+            let row = sqlx::query(GIVE_BACK)
+                .bind(id)
+                .bind(attempt)
+                .bind(token)
+                .bind(0)
+                .bind(1)
+                .fetch_optional(&mut *tx)
+                .await?;
+            reclaimed.requeued += 1;
+            row.as_ref().map(job).transpose()?
+        };
+        changes.extend(ended.map(|job| job.change()));
     }
+    let work = rows.len();
+    Ok(Written::keep(reclaimed).changing(changes).making_work(work))
+}
+
+fn lease_until(context: &Context, lease: Duration) -> i64 {
+    context.clock.steady_us().saturating_add(i64::try_from(lease.as_micros()).unwrap_or(i64::MAX))
 }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use sqlx::migrate::{MigrateError, Migration, MigrationType, Migrator};
-use sqlx::{Pool, SqlSafeStr, Sqlite};
+use sqlx::{SqlSafeStr, SqliteConnection};
 
 use super::StoreError;
 
@@ -17,7 +17,7 @@ const MIGRATIONS: &[(i64, &str, &str)] = &[
 ///
 /// # Errors
 /// [`StoreError::NewerSchema`] when the database is ahead of this program.
-pub(super) async fn migrate(writer: &Pool<Sqlite>) -> Result<(), StoreError> {
+pub(super) async fn migrate(writer: &mut SqliteConnection) -> Result<(), StoreError> {
     let migrations = MIGRATIONS
         .iter()
         .map(|&(version, name, sql)| {

@@ -1,9 +1,9 @@
 //! All SQL: surfaces, jobs, results, and their bytes, in SQLite under one data directory.
 //!
 //! # How it is kept
-//! - Two pools: one connection that writes (WAL, `synchronous = FULL`: a commit is on the disk), four that read.
-//!   Every write is one `BEGIN IMMEDIATE` transaction with nothing but SQL inside; it runs in a task of its own, so a
-//!   caller that goes away half-way leaves no transaction open.
+//! - One connection that writes (WAL, `synchronous = FULL`: a commit is on the disk) and a pool of four that read.
+//!   Writes are made by one [task](writer) in `BEGIN IMMEDIATE` transactions with nothing but SQL inside; those that wait
+//!   at the same time share a commit. A caller that goes away half-way leaves no transaction open.
 //! - A lock file keeps a second process out of the directory. A *boot* number names this process in the leases that it
 //!   takes: rows that still run under another boot are those of a process that died.
 //! - Bytes lie in a table of their own under their blake3 digest; rows that are listed stay small. A blob goes with the
@@ -26,17 +26,18 @@ mod plans;
 mod results;
 mod rows;
 mod surfaces;
+mod writer;
 
 use std::fs::{File, TryLockError};
-use std::future::Future;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use sqlx::sqlite::{
     SqliteAutoVacuum, SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous,
 };
-use sqlx::{Sqlite, Transaction};
+use sqlx::{AssertSqlSafe, ConnectOptions as _};
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
@@ -49,16 +50,17 @@ pub use lists::{JobFilter, MAX_PAGE, Open, StateEvent};
 pub use results::{NewResult, StoredResult};
 pub use rows::{Change, Job, Lasted, State};
 pub use surfaces::{NewSurface, Surface};
+pub use writer::Wish;
 
 use crate::clock::Clock;
 use crate::telemetry::Metrics;
+use writer::{Context, Write, Writer, Written};
 
 /// Connections that read. More than the cores of a small server, few enough that each can keep its page cache.
 const READERS: u32 = 4;
 /// How long a statement waits for another process's lock before it fails with [`StoreError::Busy`].
 const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
-/// How long a caller waits for a connection before it fails with [`StoreError::Busy`]. Above the longest checkpoint
-/// stall seen (0.6 s) by far, below what a client would wait.
+/// How long a caller waits for a connection that reads before it fails with [`StoreError::Busy`].
 const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Changes that a slow subscriber may lag behind before it is told to look for itself.
 const CHANGES_KEPT: usize = 1024;
@@ -75,12 +77,9 @@ pub struct Store(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
-    writer: SqlitePool,
+    writer: Writer,
     readers: SqlitePool,
-    changes: broadcast::Sender<Change>,
-    metrics: Metrics,
-    boot: Uuid,
-    clock: Clock,
+    context: Arc<Context>,
     directory: PathBuf,
     /// Held as long as the store is open; the system lets go of it when the process dies, however it dies.
     lock: File,
@@ -97,40 +96,34 @@ impl Store {
             .filename(directory.join(DATABASE_FILE))
             .busy_timeout(BUSY_TIMEOUT)
             .foreign_keys(true);
-        let writer = SqlitePoolOptions::new()
-            .max_connections(1)
-            .acquire_timeout(ACQUIRE_TIMEOUT)
-            .idle_timeout(None)
-            .max_lifetime(None)
-            .connect_with(
-                options
-                    .clone()
-                    .create_if_missing(true)
-                    .auto_vacuum(SqliteAutoVacuum::Incremental)
-                    .journal_mode(SqliteJournalMode::Wal)
-                    .synchronous(SqliteSynchronous::Full),
-            )
+        let mut connection = options
+            .clone()
+            .create_if_missing(true)
+            .auto_vacuum(SqliteAutoVacuum::Incremental)
+            .journal_mode(SqliteJournalMode::Wal)
+            .synchronous(SqliteSynchronous::Full)
+            .connect()
             .await?;
-        migrations::migrate(&writer).await?;
+        migrations::migrate(&mut connection).await?;
         let readers = SqlitePoolOptions::new()
             .max_connections(READERS)
             .acquire_timeout(ACQUIRE_TIMEOUT)
             .idle_timeout(None)
             .max_lifetime(None)
+            // A connection to a file does not go away between two statements.
+            .test_before_acquire(false)
             .connect_with(options.read_only(true).pragma("query_only", "ON"))
             .await?;
         let (changes, _) = broadcast::channel(CHANGES_KEPT);
-        let inner = Inner {
-            writer,
-            readers,
-            changes,
-            metrics: Metrics::new(),
+        let context = Arc::new(Context {
             boot: Uuid::now_v7(),
             clock,
-            directory: directory.to_owned(),
-            lock,
-        };
-        Ok(Self(Arc::new(inner)))
+            changes,
+            metrics: Metrics::new(),
+            commits: AtomicU64::new(0),
+        });
+        let writer = Writer::start(connection, context.clone());
+        Ok(Self(Arc::new(Inner { writer, readers, context, directory: directory.to_owned(), lock })))
     }
 
     /// Writes the log back into the database and closes it. Whoever still holds a clone gets errors from now on.
@@ -140,13 +133,7 @@ impl Store {
     pub async fn close(&self) -> Result<(), StoreError> {
         // First the readers: a reader's snapshot would keep the log from being emptied.
         self.0.readers.close().await;
-        let written_back = async {
-            sqlx::query("PRAGMA optimize").execute(&self.0.writer).await?;
-            sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").execute(&self.0.writer).await
-        }
-        .await;
-        self.0.writer.close().await;
-        written_back?;
+        self.0.writer.close().await?;
         let unlock = |source| StoreError::Directory { path: self.0.directory.join(LOCK_FILE), source };
         self.0.lock.unlock().map_err(unlock)
     }
@@ -157,8 +144,8 @@ impl Store {
     /// What stands in the way.
     pub async fn ping(&self) -> Result<(), StoreError> {
         sqlx::query("SELECT value FROM counters WHERE name = 'end_seq'").fetch_one(&self.0.readers).await?;
-        self.begin().await?.rollback().await?;
-        Ok(())
+        // A transaction that is begun and undone.
+        self.write((), |_, (), _| Box::pin(async { Ok::<_, StoreError>(Written::undo(())) })).await
     }
 
     /// Gives room of deleted rows back to the file system, a little at a time.
@@ -166,20 +153,46 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn tidy(&self) -> Result<(), StoreError> {
-        sqlx::query(VACUUM_PAGES).execute(&self.0.writer).await?;
-        Ok(())
+        self.write((), |_, (), tx| {
+            Box::pin(async {
+                sqlx::query(VACUUM_PAGES).execute(tx).await?;
+                Ok::<_, StoreError>(Written::keep(()))
+            })
+        })
+        .await
     }
 
     /// Every committed change of a job from now on. A receiver that lags is told so and reads the rows themselves.
     #[must_use]
     pub fn changes(&self) -> broadcast::Receiver<Change> {
-        self.0.changes.subscribe()
+        self.0.context.changes.subscribe()
+    }
+
+    /// Transactions that were committed since the start: fewer than writes, which share them.
+    #[must_use]
+    pub fn commits(&self) -> u64 {
+        self.0.context.commits.load(Ordering::Relaxed)
+    }
+
+    /// Bounds the database's size, in pages of 4 KiB: what would make it larger fails with [`StoreError::Full`] as on a
+    /// full disk. Below the present size: no growth at all.
+    ///
+    /// # Errors
+    /// What the database says.
+    pub async fn bound_pages(&self, most: u32) -> Result<(), StoreError> {
+        self.write(most, |_, &most, tx| {
+            Box::pin(async move {
+                sqlx::query(AssertSqlSafe(format!("PRAGMA max_page_count = {most}"))).execute(tx).await?;
+                Ok::<_, StoreError>(Written::keep(()))
+            })
+        })
+        .await
     }
 
     /// How the service has done since it started.
     #[must_use]
     pub fn metrics(&self) -> &Metrics {
-        &self.0.metrics
+        &self.0.context.metrics
     }
 
     /// How long the database's file and its log are, bytes.
@@ -198,7 +211,7 @@ impl Store {
     /// The clock by which rows are stamped.
     #[must_use]
     pub fn clock(&self) -> &Clock {
-        &self.0.clock
+        &self.0.context.clock
     }
 
     /// The data directory.
@@ -207,30 +220,15 @@ impl Store {
         &self.0.directory
     }
 
-    /// Begins a transaction that writes. IMMEDIATE: one that reads first and writes later would fail at once when
-    /// another has committed in between, whatever the timeout.
-    async fn begin(&self) -> Result<Transaction<'static, Sqlite>, StoreError> {
-        Ok(self.0.writer.begin_with("BEGIN IMMEDIATE").await?)
+    /// Makes a write; see [`writer`].
+    async fn write<D, T, E>(&self, data: D, write: Write<D, T, E>) -> Result<T, E>
+    where
+        D: Send + Sync + 'static,
+        T: Send + 'static,
+        E: From<StoreError> + Send + 'static,
+    {
+        self.0.writer.write(data, write).await
     }
-
-    fn tell(&self, changes: impl IntoIterator<Item = Change>) {
-        for change in changes {
-            if let Some(lasted) = change.ended {
-                self.0.metrics.job_ended(change.state.name(), lasted.kind, lasted.waited_us, lasted.ran_us);
-            }
-            // No one listening is no fault.
-            let _ = self.0.changes.send(change);
-        }
-    }
-}
-
-/// Runs a write in a task of its own: it ends, one way or the other, also when its caller goes away.
-async fn detached<T, E>(write: impl Future<Output = Result<T, E>> + Send + 'static) -> Result<T, E>
-where
-    T: Send + 'static,
-    E: From<StoreError> + Send + 'static,
-{
-    tokio::spawn(write).await.unwrap_or_else(|_| Err(StoreError::Interrupted.into()))
 }
 
 fn lock(directory: &Path) -> Result<File, StoreError> {

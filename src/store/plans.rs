@@ -8,7 +8,7 @@ use crate::clock::Clock;
 
 async fn plan(store: &Store, sql: &str) -> String {
     let explain = AssertSqlSafe(format!("EXPLAIN QUERY PLAN {sql}")).into_sql_str();
-    let rows = sqlx::query(explain).fetch_all(&store.0.writer).await.unwrap();
+    let rows = sqlx::query(explain).fetch_all(&store.0.readers).await.unwrap();
     rows.iter().map(|row| row.get::<String, _>("detail")).collect::<Vec<_>>().join("\n")
 }
 
@@ -17,7 +17,8 @@ fn assert_direct(plan: &str, sql: &str) {
     assert!(!plan.contains("TEMP B-TREE"), "sorts:\n{plan}\n{sql}");
     for line in plan.lines().filter(|line| line.contains("SCAN")) {
         // Walking through a counted subquery is walking through what it was limited to.
-        assert!(line.contains("(subquery"), "walks the table:\n{plan}\n{sql}");
+        let bounded = line.contains("(subquery") || line.contains("CONSTANT ROW");
+        assert!(bounded, "walks the table:\n{plan}\n{sql}");
     }
 }
 
@@ -32,6 +33,7 @@ async fn claims_lists_and_look_ups_use_their_index() {
         (leases::LOST_BY_BOOT, "jobs_by_state"),
         (leases::LOST_BY_TIME, "jobs_by_state"),
         (enqueue::COUNT_WAITING, "jobs_by_state"),
+        (enqueue::SPAN_WAITING, "jobs_by_state"),
         (lists::JOB_BY_ID, "sqlite_autoindex_jobs"),
         (lists::JOB_BY_SEQ, "INTEGER PRIMARY KEY"),
         (lists::COUNT, "jobs_by_state"),

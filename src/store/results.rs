@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bytes::Bytes;
-use sqlx::{QueryBuilder, Row, Sqlite, Transaction};
+use sqlx::{QueryBuilder, Row, Sqlite, SqliteConnection};
 
 use super::{Digest, JobId, MAX_PAGE, Store, StoreError};
 
@@ -109,41 +109,30 @@ fn stored(row: &sqlx::sqlite::SqliteRow) -> Result<StoredResult, StoreError> {
     })
 }
 
-pub(super) async fn insert_blob(
-    tx: &mut Transaction<'static, Sqlite>,
-    digest: Digest,
-    bytes: &Bytes,
-) -> Result<(), StoreError> {
+pub(super) async fn insert_blob(tx: &mut SqliteConnection, digest: Digest, bytes: &Bytes) -> Result<(), StoreError> {
     sqlx::query("INSERT INTO blobs (digest, length, bytes) VALUES (?1, ?2, ?3) ON CONFLICT (digest) DO NOTHING")
         .bind(digest.bytes())
         .bind(i64::try_from(bytes.len()).unwrap_or(i64::MAX))
         .bind(bytes.as_ref())
-        .execute(&mut **tx)
+        .execute(&mut *tx)
         .await?;
     Ok(())
 }
 
-pub(super) async fn insert_result(
-    tx: &mut Transaction<'static, Sqlite>,
-    job: i64,
-    result: &NewResult,
-) -> Result<(), StoreError> {
+pub(super) async fn insert_result(tx: &mut SqliteConnection, job: i64, result: &NewResult) -> Result<(), StoreError> {
     insert_blob(tx, result.digest, &result.bytes).await?;
     sqlx::query("INSERT INTO results (job, name, media, blob) VALUES (?1, ?2, ?3, ?4)")
         .bind(job)
         .bind(&result.name)
         .bind(&result.media)
         .bind(result.digest.bytes())
-        .execute(&mut **tx)
+        .execute(&mut *tx)
         .await?;
     Ok(())
 }
 
 /// Removes those of these blobs to which nothing points any more.
-pub(super) async fn remove_orphans(
-    tx: &mut Transaction<'static, Sqlite>,
-    digests: &[Digest],
-) -> Result<(), StoreError> {
+pub(super) async fn remove_orphans(tx: &mut SqliteConnection, digests: &[Digest]) -> Result<(), StoreError> {
     for digest in digests {
         sqlx::query(
             "DELETE FROM blobs WHERE digest = ?1 \
@@ -151,7 +140,7 @@ pub(super) async fn remove_orphans(
              AND NOT EXISTS (SELECT 1 FROM surfaces WHERE content = ?1)",
         )
         .bind(digest.bytes())
-        .execute(&mut **tx)
+        .execute(&mut *tx)
         .await?;
     }
     Ok(())

@@ -2,11 +2,11 @@
 
 use bytes::Bytes;
 use serde_json::Value;
-use sqlx::Row;
 use sqlx::sqlite::SqliteRow;
+use sqlx::{Row, SqliteConnection};
 
 use super::results::{insert_blob, remove_orphans};
-use super::{Digest, MAX_PAGE, Removal, Store, StoreError, SurfaceId, detached};
+use super::{Digest, MAX_PAGE, Removal, Store, StoreError, SurfaceId, Written};
 
 /// A surface to be stored. Making one digests its bytes, so it is made where they are parsed, not on an async thread.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,26 +117,12 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn put_surface(&self, new: NewSurface) -> Result<(Surface, bool), StoreError> {
-        let store = self.clone();
-        detached(async move {
-            let mut tx = store.begin().await?;
-            insert_blob(&mut tx, new.digest, &new.bytes).await?;
-            let inserted = sqlx::query(INSERT)
-                .bind(new.id.as_str())
-                .bind(&new.name)
-                .bind(&new.kind)
-                .bind(&new.units)
-                .bind(&new.media)
-                .bind(new.reading.to_string())
-                .bind(new.summary.to_string())
-                .bind(new.digest.bytes())
-                .bind(store.clock().wall_us())
-                .execute(&mut *tx)
-                .await?;
-            let row = sqlx::query(SURFACE).bind(new.id.as_str()).fetch_one(&mut *tx).await?;
-            let stored = surface(&row)?;
-            tx.commit().await?;
-            Ok((stored, inserted.rows_affected() == 1))
+        self.write(new, |context, new, tx| {
+            Box::pin(async {
+                let inserted = insert_surface(tx, new, context.clock.wall_us()).await?;
+                let row = sqlx::query(SURFACE).bind(new.id.as_str()).fetch_one(&mut *tx).await?;
+                Ok(Written::keep((surface(&row)?, inserted)))
+            })
         })
         .await
     }
@@ -178,24 +164,41 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn remove_surface(&self, id: &SurfaceId) -> Result<Removal, StoreError> {
-        let (store, id) = (self.clone(), id.clone());
-        detached(async move {
-            let mut tx = store.begin().await?;
-            let Some(row) = sqlx::query(SURFACE).bind(id.as_str()).fetch_optional(&mut *tx).await? else {
-                return Ok(Removal::Absent);
-            };
-            let found = surface(&row)?;
-            let needed = sqlx::query("SELECT 1 FROM jobs WHERE needs_surface = ?1 LIMIT 1").bind(id.as_str());
-            if needed.fetch_optional(&mut *tx).await?.is_some() {
-                return Ok(Removal::InUse);
-            }
-            sqlx::query("DELETE FROM surfaces WHERE seq = ?1").bind(found.seq).execute(&mut *tx).await?;
-            remove_orphans(&mut tx, &[found.digest]).await?;
-            tx.commit().await?;
-            Ok(Removal::Removed)
+        self.write(id.clone(), |_, id, tx| {
+            Box::pin(async {
+                let Some(row) = sqlx::query(SURFACE).bind(id.as_str()).fetch_optional(&mut *tx).await? else {
+                    return Ok(Written::undo(Removal::Absent));
+                };
+                let found = surface(&row)?;
+                let needed = sqlx::query("SELECT 1 FROM jobs WHERE needs_surface = ?1 LIMIT 1").bind(id.as_str());
+                if needed.fetch_optional(&mut *tx).await?.is_some() {
+                    return Ok(Written::undo(Removal::InUse));
+                }
+                sqlx::query("DELETE FROM surfaces WHERE seq = ?1").bind(found.seq).execute(&mut *tx).await?;
+                remove_orphans(tx, &[found.digest]).await?;
+                Ok(Written::keep(Removal::Removed))
+            })
         })
         .await
     }
+}
+
+/// Stores a surface within a transaction. True: it was new.
+pub(super) async fn insert_surface(tx: &mut SqliteConnection, new: &NewSurface, now: i64) -> Result<bool, StoreError> {
+    insert_blob(tx, new.digest, &new.bytes).await?;
+    let inserted = sqlx::query(INSERT)
+        .bind(new.id.as_str())
+        .bind(&new.name)
+        .bind(&new.kind)
+        .bind(&new.units)
+        .bind(&new.media)
+        .bind(new.reading.to_string())
+        .bind(new.summary.to_string())
+        .bind(new.digest.bytes())
+        .bind(now)
+        .execute(&mut *tx)
+        .await?;
+    Ok(inserted.rows_affected() == 1)
 }
 
 fn surface(row: &SqliteRow) -> Result<Surface, StoreError> {

@@ -20,6 +20,7 @@ mod queue_leases;
 mod queue_running;
 mod real_surfaces;
 mod serving;
+mod storage_faults;
 mod store_contents;
 mod store_directory;
 mod store_faults;

@@ -7,7 +7,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
 use super::submit::faulty;
-use super::{Submission, document, submit};
+use super::{Part, Submission, document, submit};
 use crate::api::App;
 use crate::api::parameters;
 use crate::api::problem::Problem;
@@ -49,6 +49,7 @@ pub(crate) async fn create(
     let (Some(kind), Some(surface), true) = (request.kind, surface, faults.is_empty()) else {
         return Err(faulty(faults));
     };
+    let surface = Part::Stored(Box::new(surface));
     let enqueued = submit(&app, Submission { kind, request, surface, idempotency }).await?;
     let job = enqueued.job();
     let headers = [

@@ -22,7 +22,7 @@ pub(crate) use events::events;
 pub(crate) use feed::feed;
 pub(crate) use list::list;
 pub(crate) use show::show;
-pub(crate) use submit::{Submission, faulty, submit};
+pub(crate) use submit::{Part, Submission, faulty, submit};
 
 /// The id of a job from an address. What is no id names no job.
 pub(crate) fn id_of(text: &str) -> Result<JobId, Problem> {

@@ -1,12 +1,46 @@
 //! Queueing a job: what `POST /v1/jobs` and `POST /v1/flatten` share.
 
+use serde_json::Value;
+
 use crate::api::App;
 use crate::api::parameters::{JobRequest, PartSize, cost};
 use crate::api::problem::{Kind, Problem};
 use crate::api::surfaces;
 use crate::engine::job::JobKind;
 use crate::formats::faults::Fault;
-use crate::store::{Enqueued, IdempotencyKey, NewJob, Surface};
+use crate::store::{Enqueued, IdempotencyKey, NewJob, NewSurface, Surface, SurfaceId};
+
+/// What a job is about.
+#[derive(Debug)]
+pub(crate) enum Part {
+    /// A surface that is stored.
+    Stored(Box<Surface>),
+    /// One that is to be stored with the job.
+    New(Box<NewSurface>),
+}
+
+impl Part {
+    fn summary(&self) -> &Value {
+        match self {
+            Self::Stored(surface) => &surface.summary,
+            Self::New(surface) => &surface.summary,
+        }
+    }
+
+    fn name(&self) -> Option<&str> {
+        match self {
+            Self::Stored(surface) => surface.name.as_deref(),
+            Self::New(surface) => surface.name.as_deref(),
+        }
+    }
+
+    fn id(&self) -> &SurfaceId {
+        match self {
+            Self::Stored(surface) => &surface.id,
+            Self::New(surface) => surface.id(),
+        }
+    }
+}
 
 /// A job that can be queued.
 #[derive(Debug)]
@@ -16,7 +50,7 @@ pub(crate) struct Submission {
     /// What was asked for.
     pub request: JobRequest,
     /// The surface.
-    pub surface: Surface,
+    pub surface: Part,
     /// The client's key.
     pub idempotency: Option<IdempotencyKey>,
 }
@@ -34,9 +68,9 @@ pub(crate) fn faulty(faults: Vec<Fault>) -> Problem {
 pub(crate) async fn submit(app: &App, submission: Submission) -> Result<Enqueued, Problem> {
     let Submission { kind, request, surface, idempotency } = submission;
     // The labels of the file go along; those of the job go before them.
-    let mut labels = surfaces::labels(&surface);
+    let mut labels = surfaces::labels_of(surface.summary(), surface.name());
     labels.extend(request.labels);
-    let cost = cost(kind, &request.options, PartSize::of(&surface.summary));
+    let cost = cost(kind, &request.options, PartSize::of(surface.summary()));
     let parameters = serde_json::to_value(&request.options).map_err(|error| {
         tracing::error!(%error, "options could not be written");
         Problem::internal()
@@ -45,6 +79,9 @@ pub(crate) async fn submit(app: &App, submission: Submission) -> Result<Enqueued
         JobKind::Triangulate => "triangulate",
         JobKind::Flatten => "flatten",
     };
-    let new = NewJob { kind: kind.to_owned(), surface: surface.id, parameters, labels, cost, idempotency };
-    Ok(app.queue().enqueue(new).await?)
+    let new = NewJob { kind: kind.to_owned(), surface: surface.id().clone(), parameters, labels, cost, idempotency };
+    Ok(match surface {
+        Part::Stored(_) => app.queue().enqueue(new).await?,
+        Part::New(surface) => app.queue().enqueue_with_surface(*surface, new).await?,
+    })
 }

@@ -41,14 +41,8 @@ pub fn domain_of(summary: &Value) -> Option<Domain> {
     Some(Domain { u, v })
 }
 
-/// The labels that the surface's file carries, and its name as one of them, so that both stay with a job's results
-/// when the surface is deleted.
-#[must_use]
-pub(crate) fn labels(surface: &Surface) -> Labels {
-    labels_of(&surface.summary, surface.name.as_deref())
-}
-
-/// The same from a summary and a name.
+/// The labels that a surface's file carries, from its summary, and its name as one of them, so that both stay with a
+/// job's results when the surface is deleted.
 #[must_use]
 pub fn labels_of(summary: &Value, name: Option<&str>) -> Labels {
     let mut labels: Labels =

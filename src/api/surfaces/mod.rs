@@ -18,7 +18,7 @@ pub(crate) use list::list;
 pub(crate) use show::show;
 
 pub use document::{NAME, domain_of, labels_of};
-pub(crate) use document::{document, domain, labels};
+pub(crate) use document::{document, domain};
 pub use reading::{CheckedSurface, Reading, SurfaceFaults, read};
 
 /// The id of a surface from an address. What is no id names no surface.

@@ -89,6 +89,11 @@ impl Live {
         Self { address, client: Client::new(), store, queue, draining, stop, directory: None }
     }
 
+    /// The data directory.
+    pub(crate) fn directory(&self) -> &std::path::Path {
+        self.store.directory()
+    }
+
     /// Sends a request as it is built by `build`; the answer is held against the contract.
     pub(crate) async fn send(
         &self,
