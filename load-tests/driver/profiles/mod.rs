@@ -1,5 +1,6 @@
 //! The profiles, each a function that adds its figures.
 
+mod cancel;
 mod mixed;
 mod order;
 mod queue;
@@ -21,7 +22,7 @@ pub(crate) enum Target {
 }
 
 /// Every profile.
-const ALL: [&str; 5] = ["smoke", "mixed", "order", "reads", "queue"];
+const ALL: [&str; 6] = ["smoke", "mixed", "order", "reads", "cancel", "queue"];
 
 /// A service under load; it ends with this.
 #[derive(Debug)]
@@ -65,6 +66,7 @@ pub(crate) async fn run(profile: &str, target: &Target, figures: &mut Figures) -
         "mixed" => mixed::run(target, figures).await,
         "order" => order::run(target, figures).await,
         "reads" => reads::run(target, figures).await,
+        "cancel" => cancel::run(target, figures).await,
         "queue" => queue::run(target, figures).await,
         "all" => {
             for profile in ALL {
