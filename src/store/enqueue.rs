@@ -163,15 +163,12 @@ async fn accept(
         return Ok(Written::undo(Enqueued::Again(known)));
     }
     room(tx, *most_waiting).await?;
-    match surface {
-        Some(surface) => {
-            insert_surface(tx, surface, now).await?;
-        }
-        None => {
-            let known = sqlx::query("SELECT 1 FROM surfaces WHERE id = ?1").bind(new.surface.as_str());
-            if known.fetch_optional(&mut *tx).await?.is_none() {
-                return Err(EnqueueError::NoSurface(new.surface.clone()));
-            }
+    if let Some(surface) = surface {
+        insert_surface(tx, surface, now).await?;
+    } else {
+        let known = sqlx::query("SELECT 1 FROM surfaces WHERE id = ?1").bind(new.surface.as_str());
+        if known.fetch_optional(&mut *tx).await?.is_none() {
+            return Err(EnqueueError::NoSurface(new.surface.clone()));
         }
     }
     let labels = serde_json::to_string(&new.labels).map_err(StoreError::from)?;

@@ -125,7 +125,10 @@ struct Waiting {
 
 impl std::fmt::Debug for Waiting {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Waiting").field("writes", &self.writes.len()).field("wishes", &self.wishes.len()).finish()
+        f.debug_struct("Waiting")
+            .field("writes", &self.writes.len())
+            .field("wishes", &self.wishes.len())
+            .finish_non_exhaustive()
     }
 }
 
@@ -589,6 +592,7 @@ mod tests {
     }
 
     /// A write of any SQL.
+    #[expect(clippy::ptr_arg, reason = "a write is given its data as it was handed in")]
     fn statements<'a>(_: &'a Context, sql: &'a String, tx: &'a mut SqliteConnection) -> Writing<'a, (), StoreError> {
         Box::pin(async move {
             sqlx::raw_sql(AssertSqlSafe(sql.clone())).execute(tx).await?;

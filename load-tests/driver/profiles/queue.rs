@@ -30,8 +30,8 @@ pub(super) async fn run(target: &Target, figures: &mut Figures) -> anyhow::Resul
     for n in 0..SURFACES {
         surfaces.push(api.post("/v1/surfaces", &panel(n)).await?["id"].clone());
     }
-    for n in 0..PLUGS {
-        let plug = json!({ "kind": "flatten", "surface": surfaces[n], "triangulation": { "grid": [91, 91] },
+    for surface in &surfaces[..PLUGS] {
+        let plug = json!({ "kind": "flatten", "surface": surface, "triangulation": { "grid": [91, 91] },
             "flattening": { "seed": "optimum" } });
         api.post("/v1/jobs", &plug).await?;
     }
