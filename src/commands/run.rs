@@ -107,12 +107,7 @@ fn request(arguments: &RunArguments, surface: &CheckedSurface) -> anyhow::Result
 
 /// Writes the report and every form of the results.
 fn write(folder: &Path, outcome: &Outcome, labels: &Labels) -> anyhow::Result<()> {
-    let parts = MeshParts {
-        mesh: &outcome.mesh,
-        normals: &outcome.normals,
-        flat: outcome.flat.as_deref(),
-        strain_percent: outcome.strain_percent.as_deref(),
-    };
+    let parts = MeshParts::from(outcome);
     let report = report_json::write(&outcome.report).context("the report cannot be written")?;
     let mut results = vec![(ResultKind::Report, report), (ResultKind::Mesh, encode_mesh(&parts))];
     results.extend(outcome.pattern.as_ref().map(|pattern| (ResultKind::Pattern, encode_pattern(pattern))));

@@ -1,13 +1,15 @@
 //! Mesh and pattern as they are kept between a job's end and the reading of its results: exact to the bit.
 //!
+//! A mesh of version 1 has no part; it is read as before.
+//!
 //! Little-endian, in the order of the fields below, without padding. A header of 4 letters and a version stands first;
 //! a reader refuses a version it does not know. Counts are checked against the bytes that are there before anything is
 //! allocated, and indices against the counts, so that a damaged row gives an error, not a panic.
 //!
 //! | mesh | pattern |
 //! |---|---|
-//! | `PLNM`, version, flags (1 uv, 2 normals, 4 flat, 8 strain), vertices u64, triangles u64 | `PLNP`, version, pieces u64, width f64, height f64 |
-//! | positions 3 x f64, uv 2 x f64, normals 3 x f64, flat 2 x f64, triangles 3 x u32, strain 2 x f64 | per piece: name (u64 bytes, UTF-8), holes u64, then outline and holes: points u64, 2 x f64 each, a byte each for corners |
+//! | `PLNM`, version, flags (1 uv, 2 normals, 4 flat, 8 strain, 16 part), vertices u64, triangles u64 | `PLNP`, version, pieces u64, width f64, height f64 |
+//! | positions 3 x f64, uv 2 x f64, normals 3 x f64, flat 2 x f64, triangles 3 x u32, strain 2 x f64, part a byte each | per piece: name (u64 bytes, UTF-8), holes u64, then outline and holes: points u64, 2 x f64 each, a byte each for corners |
 
 use glam::{DVec2, DVec3};
 
@@ -22,13 +24,16 @@ pub const MESH_MEDIA: &str = "application/vnd.planish.mesh";
 /// Media type under which an encoded pattern is stored.
 pub const PATTERN_MEDIA: &str = "application/vnd.planish.pattern";
 
-/// The only version so far.
-const VERSION: u32 = 1;
+/// Version of meshes that are written; version 1 did not know which triangles belong to the part.
+const MESH_VERSION: u32 = 2;
+/// Version of patterns, the only one so far.
+const PATTERN_VERSION: u32 = 1;
 
 const HAS_UV: u32 = 1;
 const HAS_NORMALS: u32 = 2;
 const HAS_FLAT: u32 = 4;
 const HAS_STRAIN: u32 = 8;
+const HAS_PART: u32 = 16;
 
 /// A mesh as stored.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -41,6 +46,8 @@ pub struct StoredMesh {
     pub flat: Option<Vec<DVec2>>,
     /// Principal strains of each triangle `[least, greatest]`, percent.
     pub strain_percent: Option<Vec<[f64; 2]>>,
+    /// Which triangles belong to the part; `None`: all of them.
+    pub part: Option<Vec<bool>>,
 }
 
 impl StoredMesh {
@@ -52,6 +59,7 @@ impl StoredMesh {
             normals: &self.normals,
             flat: self.flat.as_deref(),
             strain_percent: self.strain_percent.as_deref(),
+            part: self.part.as_deref(),
         }
     }
 }
@@ -67,12 +75,14 @@ pub enum StoredError {
         what: &'static str,
     },
     /// Written by another version.
-    #[error("stored {what} of version {found}: this program reads version {VERSION}")]
+    #[error("stored {what} of version {found}: this program reads versions up to {newest}")]
     Version {
         /// What was looked for.
         what: &'static str,
         /// Its version.
         found: u32,
+        /// The newest that is read.
+        newest: u32,
     },
     /// The bytes contradict themselves.
     #[error("a stored result is damaged: {detail}")]
@@ -91,18 +101,20 @@ pub fn encode_mesh(parts: &MeshParts<'_>) -> Vec<u8> {
     let normals = Some(parts.normals).filter(|n| n.len() == vertices && vertices > 0);
     let flat = parts.flat.filter(|f| f.len() == vertices);
     let strain = parts.strain_percent.filter(|s| s.len() == triangles);
+    let part = parts.part.filter(|p| p.len() == triangles);
     let flags = [
         (uv.is_some(), HAS_UV),
         (normals.is_some(), HAS_NORMALS),
         (flat.is_some(), HAS_FLAT),
         (strain.is_some(), HAS_STRAIN),
+        (part.is_some(), HAS_PART),
     ]
     .iter()
     .map(|(has, flag)| u32::from(*has) * flag)
     .sum::<u32>();
     let mut out = Vec::with_capacity(28 + mesh_bytes(flags, vertices as u128, triangles as u128) as usize);
     out.extend_from_slice(&MESH_MAGIC);
-    out.extend_from_slice(&VERSION.to_le_bytes());
+    out.extend_from_slice(&MESH_VERSION.to_le_bytes());
     out.extend_from_slice(&flags.to_le_bytes());
     out.extend_from_slice(&(vertices as u64).to_le_bytes());
     out.extend_from_slice(&(triangles as u64).to_le_bytes());
@@ -121,6 +133,7 @@ pub fn encode_mesh(parts: &MeshParts<'_>) -> Vec<u8> {
     for x in strain.unwrap_or_default().as_flattened() {
         out.extend_from_slice(&x.to_le_bytes());
     }
+    out.extend(part.unwrap_or_default().iter().map(|inside| u8::from(*inside)));
     out
 }
 
@@ -128,7 +141,7 @@ pub fn encode_mesh(parts: &MeshParts<'_>) -> Vec<u8> {
 fn mesh_bytes(flags: u32, vertices: u128, triangles: u128) -> u128 {
     let per = |flag: u32, bytes: u128| if flags & flag != 0 { bytes } else { 0 };
     vertices * (24 + per(HAS_UV, 16) + per(HAS_NORMALS, 24) + per(HAS_FLAT, 16))
-        + triangles * (12 + per(HAS_STRAIN, 16))
+        + triangles * (12 + per(HAS_STRAIN, 16) + per(HAS_PART, 1))
 }
 
 /// Decodes a mesh.
@@ -136,7 +149,7 @@ fn mesh_bytes(flags: u32, vertices: u128, triangles: u128) -> u128 {
 /// # Errors
 /// [`StoredError`].
 pub fn decode_mesh(bytes: &[u8]) -> Result<StoredMesh, StoredError> {
-    let mut read = Reader::open(bytes, MESH_MAGIC, "mesh")?;
+    let mut read = Reader::open(bytes, MESH_MAGIC, "mesh", MESH_VERSION)?;
     let flags = read.u32()?;
     let (vertices, triangles) = (read.u64()?, read.u64()?);
     if read.rest.len() as u128 != mesh_bytes(flags, u128::from(vertices), u128::from(triangles)) {
@@ -160,7 +173,9 @@ pub fn decode_mesh(bytes: &[u8]) -> Result<StoredMesh, StoredError> {
         return Err(damaged("a triangle names a vertex that is not there"));
     }
     let strain_percent = if flags & HAS_STRAIN != 0 { Some(read.points(triangles)?.collect()) } else { None };
-    Ok(StoredMesh { mesh: Mesh { positions, uv, triangles: triangles_read }, normals, flat, strain_percent })
+    let part =
+        if flags & HAS_PART != 0 { Some(read.take(triangles)?.iter().map(|b| *b != 0).collect()) } else { None };
+    Ok(StoredMesh { mesh: Mesh { positions, uv, triangles: triangles_read }, normals, flat, strain_percent, part })
 }
 
 /// Encodes a pattern. Corners that do not fit their points are taken as false.
@@ -169,7 +184,7 @@ pub fn encode_pattern(pattern: &Pattern) -> Vec<u8> {
     let mut out = Vec::new();
     let count = |out: &mut Vec<u8>, n: usize| out.extend_from_slice(&(n as u64).to_le_bytes());
     out.extend_from_slice(&PATTERN_MAGIC);
-    out.extend_from_slice(&VERSION.to_le_bytes());
+    out.extend_from_slice(&PATTERN_VERSION.to_le_bytes());
     count(&mut out, pattern.pieces.len());
     for x in pattern.bounding_box_mm {
         out.extend_from_slice(&x.to_le_bytes());
@@ -195,7 +210,7 @@ pub fn encode_pattern(pattern: &Pattern) -> Vec<u8> {
 /// # Errors
 /// [`StoredError`].
 pub fn decode_pattern(bytes: &[u8]) -> Result<Pattern, StoredError> {
-    let mut read = Reader::open(bytes, PATTERN_MAGIC, "pattern")?;
+    let mut read = Reader::open(bytes, PATTERN_MAGIC, "pattern", PATTERN_VERSION)?;
     // A piece takes at least the counts of its name, holes and outline.
     let pieces = read.count(24)?;
     let bounding_box_mm = [read.f64()?, read.f64()?];
@@ -220,11 +235,11 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn open(bytes: &'a [u8], magic: [u8; 4], what: &'static str) -> Result<Self, StoredError> {
+    fn open(bytes: &'a [u8], magic: [u8; 4], what: &'static str, newest: u32) -> Result<Self, StoredError> {
         let rest = bytes.strip_prefix(&magic).ok_or(StoredError::Magic { what })?;
         let mut read = Self { rest };
         let found = read.u32()?;
-        if found == VERSION { Ok(read) } else { Err(StoredError::Version { what, found }) }
+        if (1..=newest).contains(&found) { Ok(read) } else { Err(StoredError::Version { what, found, newest }) }
     }
 
     fn take(&mut self, bytes: usize) -> Result<&'a [u8], StoredError> {
@@ -288,18 +303,20 @@ mod tests {
     }
 
     fn stored_mesh() -> impl Strategy<Value = StoredMesh> {
-        (1_usize..20, 0_usize..20, any::<[bool; 4]>()).prop_flat_map(|(vertices, triangles, has)| {
+        (1_usize..20, 0_usize..20, any::<[bool; 5]>()).prop_flat_map(|(vertices, triangles, has)| {
             let v2 = move || prop::collection::vec([float(), float()].prop_map(DVec2::from_array), vertices);
             let v3 = move || prop::collection::vec([float(), float(), float()].prop_map(DVec3::from_array), vertices);
             let corner = 0..vertices as u32;
             let corners = prop::collection::vec([corner.clone(), corner.clone(), corner], triangles);
             let strain = prop::collection::vec([float(), float()], triangles);
-            (v3(), v2(), v3(), v2(), corners, strain).prop_map(
-                move |(positions, uv, normals, flat, triangles, strain)| StoredMesh {
+            let part = prop::collection::vec(any::<bool>(), triangles);
+            (v3(), v2(), v3(), v2(), corners, strain, part).prop_map(
+                move |(positions, uv, normals, flat, triangles, strain, part)| StoredMesh {
                     mesh: Mesh { positions, uv: has[0].then_some(uv), triangles },
                     normals: if has[1] { normals } else { Vec::new() },
                     flat: has[2].then_some(flat),
                     strain_percent: has[3].then_some(strain),
+                    part: has[4].then_some(part),
                 },
             )
         })
@@ -313,6 +330,7 @@ mod tests {
             // Bytes are compared, since NaN does not equal itself.
             prop_assert_eq!(encode_mesh(&again.parts()), bytes);
             prop_assert_eq!(again.mesh.triangles, mesh.mesh.triangles);
+            prop_assert_eq!(again.part, mesh.part);
             prop_assert_eq!(again.flat.map(|f| f.len()), mesh.flat.map(|f| f.len()));
         }
 
@@ -350,10 +368,20 @@ mod tests {
     }
 
     #[test]
+    fn a_mesh_of_the_first_version_is_still_read() {
+        let mesh = Mesh { positions: vec![DVec3::X, DVec3::Y, DVec3::Z], uv: None, triangles: vec![[0, 1, 2]] };
+        let mut bytes = encode_mesh(&MeshParts { strain_percent: Some(&[[1.0, 2.0]]), ..MeshParts::of(&mesh) });
+        bytes[4] = 1;
+        let read = decode_mesh(&bytes).unwrap();
+        assert_eq!((read.mesh, read.part), (mesh, None));
+        assert_eq!(read.strain_percent, Some(vec![[1.0, 2.0]]));
+    }
+
+    #[test]
     fn another_version_is_refused_by_its_number() {
         let mut bytes = encode_pattern(&Pattern::default());
         bytes[4] = 9;
-        assert_eq!(decode_pattern(&bytes), Err(StoredError::Version { what: "pattern", found: 9 }));
+        assert_eq!(decode_pattern(&bytes), Err(StoredError::Version { what: "pattern", found: 9, newest: 1 }));
         assert_eq!(decode_mesh(&bytes), Err(StoredError::Magic { what: "mesh" }));
     }
 }

@@ -64,6 +64,10 @@ pub struct LimitCheck {
     pub limit: f64,
     /// The value.
     pub value: f64,
+    /// What the value is of all those of the part: `p99` and `p01` (percentiles by area), `total` (the change of the
+    /// whole in percent of the whole), `max` (the worst boundary).
+    #[serde(default)]
+    pub of: String,
     /// Whether it is kept.
     pub ok: bool,
 }

@@ -53,8 +53,12 @@ pub struct TriangulationReport {
     pub triangles: u64,
     /// Area of the mesh, mm^2.
     pub area_mm2: f64,
-    /// Area of the surface inside the trimming loops, by quadrature, mm^2.
+    /// Area of the surface under the mesh, by quadrature, mm^2.
     pub surface_area_mm2: f64,
+    /// Area of the surface inside the trimming loops, by quadrature, mm^2; where the mesh is that of the part or there
+    /// are no loops, the same as `surface_area_mm2`. Null where the loops could not be followed at this density.
+    #[serde(default)]
+    pub part_area_mm2: Option<f64>,
     /// Sampled greatest distance between mesh and surface, mm.
     pub chord_error_mm: f64,
     /// Longest edge, mm.

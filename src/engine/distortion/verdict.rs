@@ -14,17 +14,23 @@ pub fn verdict(limits: &Limits, measures: &DistortionMeasures, boundaries: &[Bou
         .map(|b| 100.0 * (b.length_2d_mm - b.length_3d_mm).abs() / b.length_3d_mm)
         .fold(0.0, f64::max);
     let values = [
-        ("stretch_percent", limits.stretch_percent, measures.strain_percent.p99.max(0.0)),
-        ("compression_percent", limits.compression_percent, (-measures.strain_percent.p01).max(0.0)),
-        ("area_percent", limits.area_percent, measures.area_change_percent),
-        ("shape_percent", limits.shape_percent, measures.shape_change_percent),
-        ("shear_deg", limits.shear_deg, measures.shear_deg[1]),
-        ("boundary_percent", limits.boundary_percent, boundary),
+        ("stretch_percent", "p99", limits.stretch_percent, measures.strain_percent.p99.max(0.0)),
+        ("compression_percent", "p01", limits.compression_percent, (-measures.strain_percent.p01).max(0.0)),
+        ("area_percent", "total", limits.area_percent, measures.area_change_percent),
+        ("shape_percent", "total", limits.shape_percent, measures.shape_change_percent),
+        ("shear_deg", "p99", limits.shear_deg, measures.shear_deg[1]),
+        ("boundary_percent", "max", limits.boundary_percent, boundary),
     ];
     let checks: Vec<LimitCheck> = values
         .into_iter()
-        .filter_map(|(name, limit, value)| {
-            limit.map(|limit| LimitCheck { name: name.to_owned(), limit, value, ok: value <= limit })
+        .filter_map(|(name, of, limit, value)| {
+            limit.map(|limit| LimitCheck {
+                name: name.to_owned(),
+                limit,
+                value,
+                of: of.to_owned(),
+                ok: value <= limit,
+            })
         })
         .collect();
     let result = match checks.as_slice() {
@@ -56,8 +62,8 @@ mod tests {
         let limits = Limits { stretch_percent: Some(1.0), compression_percent: Some(2.0), ..Limits::default() };
         let verdict = verdict(&limits, &measures(), &[]);
         assert_eq!(verdict.result, VerdictResult::Pass);
-        let values: Vec<_> = verdict.limits.iter().map(|l| (l.name.as_str(), l.value)).collect();
-        assert_eq!(values, [("stretch_percent", 0.8), ("compression_percent", 1.5)]);
+        let values: Vec<_> = verdict.limits.iter().map(|l| (l.name.as_str(), l.of.as_str(), l.value)).collect();
+        assert_eq!(values, [("stretch_percent", "p99", 0.8), ("compression_percent", "p01", 1.5)]);
     }
 
     #[test]

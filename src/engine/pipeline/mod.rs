@@ -72,6 +72,8 @@ pub struct Outcome {
     pub flat: Option<Vec<DVec2>>,
     /// Principal strains of each triangle `[least, greatest]`, percent; NaN where a partial flattening did not get to.
     pub strain_percent: Option<Vec<[f64; 2]>>,
+    /// Which triangles meet the part, where the mesh is that of the whole base surface and the part is less than that.
+    pub part: Option<Vec<bool>>,
     /// The pattern.
     pub pattern: Option<Pattern>,
     /// The report.
@@ -175,6 +177,7 @@ fn flatten(
         let partial = stopped.partial.and_then(|laid| {
             // Nobody reads what there is of a job that was cancelled meanwhile.
             let mut outcome = triangulated(meshed, observer).ok()?;
+            outcome.part = part.map(<[bool]>::to_vec);
             outcome.strain_percent = Some(reports::strains(&meshed.lifted.mesh, &laid.flat));
             outcome.report.flattening = Some(reports::flattening(&meshed.lifted.mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
@@ -217,6 +220,7 @@ fn flatten(
         mesh: mesh.clone(),
         normals: meshed.lifted.normals.clone(),
         strain_percent: Some(reports::strains(mesh, &flat)),
+        part: part.map(<[bool]>::to_vec),
         report: Report {
             triangulation: reports::triangulation(meshed, observer)?,
             flattening: Some(reports::flattening(mesh, &laid, options)),

@@ -10,7 +10,7 @@ use crate::engine::error::EngineError;
 use crate::engine::flattening::{FlatteningDomain, FlatteningMethod};
 use crate::engine::job::JobOptions;
 use crate::engine::mesh::{Mesh, Topology, measures};
-use crate::engine::triangulation::{observed_area, observed_chord_error};
+use crate::engine::triangulation::{Configuration, observed_area, observed_chord_error, trace};
 
 /// The mesh.
 ///
@@ -18,12 +18,22 @@ use crate::engine::triangulation::{observed_area, observed_chord_error};
 /// [`EngineError::Cancelled`] when the observer asks for it.
 pub(super) fn triangulation(meshed: &Meshed, observer: &dyn Observer) -> Result<TriangulationReport, EngineError> {
     let (mesh, topology) = (&meshed.lifted.mesh, &meshed.topology);
+    let surface_area_mm2 = observed_area(meshed.surface, &meshed.lifted.domain, observer)?;
+    let part_area_mm2 = if meshed.of_part || meshed.region.natural {
+        Some(surface_area_mm2)
+    } else {
+        let part = trace(&meshed.lines, &meshed.region, observer);
+        observer.check()?;
+        let domain = part.and_then(|traced| traced.triangulate(Configuration::Regular, 0)).ok();
+        domain.map(|domain| observed_area(meshed.surface, &domain, observer)).transpose()?
+    };
     Ok(TriangulationReport {
         vertices: mesh.positions.len() as u64,
         edges: topology.edge_count() as u64,
         triangles: mesh.triangles.len() as u64,
         area_mm2: measures::total_area(mesh),
-        surface_area_mm2: observed_area(meshed.surface, &meshed.lifted.domain, observer)?,
+        surface_area_mm2,
+        part_area_mm2,
         chord_error_mm: observed_chord_error(meshed.surface, &meshed.lifted, observer)?,
         edge_max_mm: measures::edge_lengths(mesh, topology).into_iter().fold(0.0, f64::max),
         grid: [meshed.lines.u.len() as u32, meshed.lines.v.len() as u32],

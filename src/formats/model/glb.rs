@@ -255,7 +255,7 @@ mod tests {
     fn the_gltf_reader_gives_back_mesh_flattening_and_scale() {
         let (mesh, normals, flat) = strip();
         let strain = [[-1.0, 0.5], [0.0, 2.0]];
-        let parts = MeshParts { mesh: &mesh, normals: &normals, flat: Some(&flat), strain_percent: Some(&strain) };
+        let parts = MeshParts { mesh: &mesh, normals: &normals, flat: Some(&flat), strain_percent: Some(&strain), part: None };
         let bytes = write(&parts, Some("a \"strip\"")).unwrap();
         assert_eq!(bytes.len() % 4, 0);
         let gltf = gltf::Gltf::from_slice(&bytes).unwrap();

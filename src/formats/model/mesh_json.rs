@@ -67,13 +67,13 @@ mod tests {
             triangles: vec![[0, 1, 2]],
         };
         let flat = [DVec2::ZERO, DVec2::NAN, DVec2::ONE];
-        let parts = MeshParts { mesh: &mesh, normals: &[], flat: Some(&flat), strain_percent: None };
+        let parts = MeshParts { flat: Some(&flat), ..MeshParts::of(&mesh) };
         let text = String::from_utf8(write(&parts).unwrap()).unwrap();
         assert_eq!(
             text,
             r#"{"positions":[[0.1,0.0,1e-9],[1.0,0.0,0.0],[0.0,1.0,0.0]],"triangles":[[0,1,2]],"uv":[[0.0,0.0],[0.0,0.0],[0.0,0.0]],"flat":[[0.0,0.0],null,[1.0,1.0]]}"#
         );
         let bad = Mesh { positions: vec![DVec3::NAN], ..Mesh::default() };
-        assert!(write(&MeshParts { mesh: &bad, normals: &[], flat: None, strain_percent: None }).is_err());
+        assert!(write(&MeshParts::of(&bad)).is_err());
     }
 }

@@ -20,6 +20,16 @@ pub struct MeshParts<'a> {
     pub flat: Option<&'a [DVec2]>,
     /// Principal strains of each triangle `[least, greatest]`, percent; NaN where there is none.
     pub strain_percent: Option<&'a [[f64; 2]]>,
+    /// Which triangles belong to the part; `None`: all of them.
+    pub part: Option<&'a [bool]>,
+}
+
+impl<'a> MeshParts<'a> {
+    /// A mesh and nothing else.
+    #[must_use]
+    pub const fn of(mesh: &'a Mesh) -> Self {
+        Self { mesh, normals: &[], flat: None, strain_percent: None, part: None }
+    }
 }
 
 impl<'a> From<&'a Outcome> for MeshParts<'a> {
@@ -29,6 +39,7 @@ impl<'a> From<&'a Outcome> for MeshParts<'a> {
             normals: &outcome.normals,
             flat: outcome.flat.as_deref(),
             strain_percent: outcome.strain_percent.as_deref(),
+            part: outcome.part.as_deref(),
         }
     }
 }

@@ -171,7 +171,7 @@ impl Runner for Sketch {
             uv: None,
             triangles: vec![[0, 1, 2], [0, 2, 3]],
         };
-        let parts = MeshParts { mesh: &mesh, normals: &[], flat: Some(&corners), strain_percent: None };
+        let parts = MeshParts { flat: Some(&corners), ..MeshParts::of(&mesh) };
         let report = report_json::write(&Report::default()).unwrap();
         let mut results = vec![
             NewResult::new("mesh", stored::MESH_MEDIA, stored::encode_mesh(&parts)),
