@@ -1,4 +1,4 @@
-//! Bytes to geometry and back. In: trimmed-surface JSON. Out: GLB, DXF, SVG, JSON.
+//! Bytes to geometry and back. In: trimmed-surface JSON. Out: GLB, OBJ, STL, PLY, DXF, SVG, CSV, JSON.
 //!
 //! | module | what |
 //! |---|---|
@@ -6,7 +6,8 @@
 //! | [`surface_json`] | reads and writes a trimmed surface; finds all faults at once |
 //! | [`summary`] | what is said of a surface when it is sent |
 //! | [`dxf`], [`svg`], [`pattern_json`] | a pattern to cut |
-//! | [`glb`], [`mesh_json`] | a mesh in space with its flattening |
+//! | [`glb`], [`obj`], [`stl`], [`ply`], [`mesh_json`] | a mesh in space with its flattening |
+//! | [`triangles_csv`] | a mesh's triangles as a table |
 //! | [`report_json`] | the report |
 //! | [`stored`] | mesh and pattern as they are kept, exact to the bit |
 //!
@@ -25,5 +26,5 @@ pub mod surface_json;
 pub mod units;
 
 pub use drawing::{TitleBlock, dxf, file_stem, pattern_json, svg};
-pub use model::{MeshParts, glb, mesh_json};
+pub use model::{MeshParts, glb, mesh_json, obj, ply, stl, triangles_csv};
 pub use numbers::WriteError;

@@ -173,8 +173,7 @@ pub fn decode_mesh(bytes: &[u8]) -> Result<StoredMesh, StoredError> {
         return Err(damaged("a triangle names a vertex that is not there"));
     }
     let strain_percent = if flags & HAS_STRAIN != 0 { Some(read.points(triangles)?.collect()) } else { None };
-    let part =
-        if flags & HAS_PART != 0 { Some(read.take(triangles)?.iter().map(|b| *b != 0).collect()) } else { None };
+    let part = if flags & HAS_PART != 0 { Some(read.take(triangles)?.iter().map(|b| *b != 0).collect()) } else { None };
     Ok(StoredMesh { mesh: Mesh { positions, uv, triangles: triangles_read }, normals, flat, strain_percent, part })
 }
 

@@ -24,13 +24,7 @@ pub fn verdict(limits: &Limits, measures: &DistortionMeasures, boundaries: &[Bou
     let checks: Vec<LimitCheck> = values
         .into_iter()
         .filter_map(|(name, of, limit, value)| {
-            limit.map(|limit| LimitCheck {
-                name: name.to_owned(),
-                limit,
-                value,
-                of: of.to_owned(),
-                ok: value <= limit,
-            })
+            limit.map(|limit| LimitCheck { name: name.to_owned(), limit, value, of: of.to_owned(), ok: value <= limit })
         })
         .collect();
     let result = match checks.as_slice() {

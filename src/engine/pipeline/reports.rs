@@ -24,7 +24,7 @@ pub(super) fn triangulation(meshed: &Meshed, observer: &dyn Observer) -> Result<
     } else {
         let part = trace(&meshed.lines, &meshed.region, observer);
         observer.check()?;
-        let domain = part.and_then(|traced| traced.triangulate(Configuration::Regular, 0)).ok();
+        let domain = part.ok().and_then(|traced| traced.triangulate(Configuration::Regular, 0).ok());
         domain.map(|domain| observed_area(meshed.surface, &domain, observer)).transpose()?
     };
     Ok(TriangulationReport {

@@ -5,7 +5,12 @@
 //! - `TEXCOORD_0` is the flattening: `x_mm = u * mm_per_uv`, `y_mm = (1 - v) * mm_per_uv`, one scale for both directions,
 //!   all within [0, 1]. glTF's v points down; so a program that shows the unwrapped mesh, or lays the pattern's picture
 //!   on it, shows the pattern as it is cut, not its mirror image.
-//! - `COLOR_0` is the strain ([`super::strain_colours`]); its scale stands in the mesh's `extras`.
+//! - `COLOR_0` is the strain ([`super::strain_colours`]); its scale stands in the mesh's `extras`. `_STRAIN_MIN` and
+//!   `_STRAIN_MAX` are the principal strains at vertices in percent ([`super::vertex_strains`]).
+//! - Where the mesh is that of the whole base surface, the part and the waste are two primitives over the same vertices,
+//!   with materials of their own; `extras.part` of a primitive says which it is.
+//! - glTF has no word for "no value". Vertices that a partial flattening did not get to have texture coordinates (0, 1) and
+//!   strain 0, are grey, and have 0 in the attribute `_PLACED` (1: placed), which is there only then; `extras` counts them.
 //!
 //! The file is written into one buffer of its final size.
 
@@ -13,7 +18,7 @@ use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
 use super::MeshParts;
-use super::strain_colours::{StrainColours, colours};
+use super::strain_colours::StrainColours;
 use crate::formats::numbers::WriteError;
 
 const METRES_PER_MM: f64 = 1e-3;
@@ -31,20 +36,16 @@ const HEADER: usize = 12 + 8;
 /// [`WriteError::Empty`] without triangles, [`WriteError::NotFinite`] for a position that is not finite, and
 /// [`WriteError::TooLarge`] beyond the format's 4 GiB.
 pub fn write(parts: &MeshParts<'_>, name: Option<&str>) -> Result<Vec<u8>, WriteError> {
+    parts.check()?;
     let mesh = parts.mesh;
-    if mesh.triangles.is_empty() {
-        return Err(WriteError::Empty { what: "triangle" });
-    }
-    if let Some(i) = mesh.positions.iter().position(|p| !p.is_finite()) {
-        return Err(WriteError::NotFinite { what: format!("position {i} of the mesh") });
-    }
     let (low, high) =
         mesh.positions.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
     let frame = Frame { centre: low.midpoint(high), atlas: parts.flat.and_then(Atlas::of) };
-    let strain = parts.strain_percent.map(|s| colours(mesh.positions.len(), &mesh.triangles, s));
-    let normals = (parts.normals.len() == mesh.positions.len()).then_some(parts.normals);
+    let strain = parts.strain_percent.map(|strains| StrainColours::of(parts, strains));
+    let normals = parts.normals();
+    let groups = Group::of(parts);
 
-    let layout = Layout::new(parts, normals, &frame, strain.as_ref(), name)?;
+    let layout = Layout::new(parts, &groups, &frame, strain.as_ref(), name)?;
     let mut out = Vec::with_capacity(layout.total);
     let word = |out: &mut Vec<u8>, x: u32| out.extend_from_slice(&x.to_le_bytes());
     out.extend_from_slice(b"glTF");
@@ -55,8 +56,10 @@ pub fn write(parts: &MeshParts<'_>, name: Option<&str>) -> Result<Vec<u8>, Write
     out.extend_from_slice(&layout.json);
     word(&mut out, layout.binary as u32);
     out.extend_from_slice(b"BIN\0");
-    for index in mesh.triangles.as_flattened() {
-        word(&mut out, *index);
+    for group in &groups {
+        for (_, triangle) in mesh.triangles.iter().enumerate().filter(|(t, _)| parts.is_of_part(*t) == group.of_part) {
+            triangle.iter().for_each(|index| word(&mut out, *index));
+        }
     }
     for p in &mesh.positions {
         floats(&mut out, frame.position(*p));
@@ -68,9 +71,15 @@ pub fn write(parts: &MeshParts<'_>, name: Option<&str>) -> Result<Vec<u8>, Write
         for p in flat {
             floats(&mut out, atlas.coordinate(*p));
         }
+        if atlas.unreached > 0 {
+            flat.iter().for_each(|p| floats(&mut out, [f32::from(u8::from(p.is_finite()))]));
+        }
     }
     if let Some(strain) = &strain {
-        out.extend_from_slice(strain.colours.as_flattened());
+        strain.colours().for_each(|colour| out.extend_from_slice(&colour));
+        let values = || strain.vertices.iter().map(|s| s.map_or([0.0; 2], |s| [s.min, s.max]));
+        values().for_each(|[min, _]| floats(&mut out, [single(min)]));
+        values().for_each(|[_, max]| floats(&mut out, [single(max)]));
     }
     debug_assert_eq!(out.len(), layout.total, "the layout counts every byte");
     Ok(out)
@@ -81,6 +90,11 @@ fn floats<const N: usize>(out: &mut Vec<u8>, values: [f32; N]) {
         // Adding positive zero drops the sign of zero.
         out.extend_from_slice(&(x + 0.0).to_le_bytes());
     }
+}
+
+/// In single precision, never infinite.
+fn single(x: f64) -> f32 {
+    (x as f32).clamp(f32::MIN, f32::MAX)
 }
 
 /// A unit vector in single precision; z for a normal that has no direction.
@@ -128,6 +142,31 @@ impl Atlas {
     }
 }
 
+/// Triangles that are drawn together.
+struct Group {
+    of_part: bool,
+    triangles: usize,
+}
+
+impl Group {
+    /// The part, and the waste where there is any; none is empty.
+    fn of(parts: &MeshParts<'_>) -> Vec<Self> {
+        let all = parts.mesh.triangles.len();
+        let inside = (0..all).filter(|t| parts.is_of_part(*t)).count();
+        let groups = [Self { of_part: true, triangles: inside }, Self { of_part: false, triangles: all - inside }];
+        groups.into_iter().filter(|group| group.triangles > 0).collect()
+    }
+
+    /// The material, the one that the primitive of this group names by its place in the file.
+    fn material(&self) -> Value {
+        let (name, colour) = if self.of_part { ("part", [1.0; 4]) } else { ("waste", [0.35, 0.35, 0.35, 1.0]) };
+        json!({
+            "name": name, "doubleSided": true,
+            "pbrMetallicRoughness": { "baseColorFactor": colour, "metallicFactor": 0.0, "roughnessFactor": 0.8 }
+        })
+    }
+}
+
 struct Layout {
     /// The JSON chunk, padded.
     json: Vec<u8>,
@@ -140,19 +179,21 @@ struct Layout {
 impl Layout {
     fn new(
         parts: &MeshParts<'_>,
-        normals: Option<&[DVec3]>,
+        groups: &[Group],
         frame: &Frame,
         strain: Option<&StrainColours>,
         name: Option<&str>,
     ) -> Result<Self, WriteError> {
         let vertices = parts.mesh.positions.len();
         let mut table = Table::default();
-        let indices = table.add(
-            parts.mesh.triangles.len() * 3,
-            4,
-            ELEMENT_ARRAY_BUFFER,
-            json!({ "componentType": UNSIGNED_INT, "type": "SCALAR" }),
-        );
+        let indices: Vec<Value> = groups
+            .iter()
+            .map(|group| {
+                let index = json!({ "componentType": UNSIGNED_INT, "type": "SCALAR" });
+                table.add(group.triangles * 3, 4, ELEMENT_ARRAY_BUFFER, index)
+            })
+            .collect();
+        let scalar = || json!({ "componentType": FLOAT, "type": "SCALAR" });
         let mut attributes = serde_json::Map::new();
         let (low, high) =
             parts.mesh.positions.iter().map(|p| frame.position(*p)).fold(
@@ -164,7 +205,7 @@ impl Layout {
         let bounds = |b: [f32; 3]| b.map(|x| f64::from(x) + 0.0);
         let position = json!({ "componentType": FLOAT, "type": "VEC3", "min": bounds(low), "max": bounds(high) });
         attributes.insert("POSITION".into(), table.add(vertices, 12, ARRAY_BUFFER, position));
-        if normals.is_some() {
+        if parts.normals().is_some() {
             let normal = json!({ "componentType": FLOAT, "type": "VEC3" });
             attributes.insert("NORMAL".into(), table.add(vertices, 12, ARRAY_BUFFER, normal));
         }
@@ -178,6 +219,7 @@ impl Layout {
                 json!("x_mm = uv_origin_mm[0] + u * mm_per_uv, y_mm = uv_origin_mm[1] + (1 - v) * mm_per_uv");
             if atlas.unreached > 0 {
                 extras["vertices_without_uv"] = json!(atlas.unreached);
+                attributes.insert("_PLACED".into(), table.add(vertices, 4, ARRAY_BUFFER, scalar()));
             }
         }
         if let Some(strain) = strain {
@@ -186,10 +228,30 @@ impl Layout {
             let scale = strain.scale_percent;
             extras["strain_percent"] = json!({
                 "blue": -scale, "white": 0.0, "red": scale,
-                "meaning": "positive: the material is stretched when it is laid on the part"
+                "meaning": "positive: the material is stretched when it is laid on the part",
+                "attributes": "_STRAIN_MIN and _STRAIN_MAX: least and greatest principal strain at vertices, percent"
             });
+            for name in ["_STRAIN_MIN", "_STRAIN_MAX"] {
+                attributes.insert(name.into(), table.add(vertices, 4, ARRAY_BUFFER, scalar()));
+            }
+            let unknown = strain.vertices.iter().filter(|s| s.is_none()).count();
+            if unknown > 0 {
+                extras["vertices_without_strain"] = json!(unknown);
+            }
         }
         let name = name.unwrap_or("part");
+        let primitives: Vec<Value> = groups
+            .iter()
+            .zip(&indices)
+            .enumerate()
+            .map(|(material, (group, indices))| {
+                json!({
+                    "attributes": &attributes, "indices": indices, "material": material,
+                    "extras": { "part": group.of_part }
+                })
+            })
+            .collect();
+        let materials: Vec<Value> = groups.iter().map(Group::material).collect();
         let document = json!({
             "asset": { "version": "2.0", "generator": concat!("planish ", env!("CARGO_PKG_VERSION")) },
             "scene": 0,
@@ -197,13 +259,10 @@ impl Layout {
             "nodes": [{ "name": name, "mesh": 0, "translation": (frame.centre * METRES_PER_MM).to_array().map(|x| x + 0.0) }],
             "meshes": [{
                 "name": name,
-                "primitives": [{ "attributes": attributes, "indices": indices, "material": 0 }],
+                "primitives": primitives,
                 "extras": extras,
             }],
-            "materials": [{
-                "name": "material", "doubleSided": true,
-                "pbrMetallicRoughness": { "metallicFactor": 0.0, "roughnessFactor": 0.8 }
-            }],
+            "materials": materials,
             "accessors": table.accessors,
             "bufferViews": table.views,
             "buffers": [{ "byteLength": table.bytes }],
@@ -255,7 +314,8 @@ mod tests {
     fn the_gltf_reader_gives_back_mesh_flattening_and_scale() {
         let (mesh, normals, flat) = strip();
         let strain = [[-1.0, 0.5], [0.0, 2.0]];
-        let parts = MeshParts { mesh: &mesh, normals: &normals, flat: Some(&flat), strain_percent: Some(&strain), part: None };
+        let parts =
+            MeshParts { mesh: &mesh, normals: &normals, flat: Some(&flat), strain_percent: Some(&strain), part: None };
         let bytes = write(&parts, Some("a \"strip\"")).unwrap();
         assert_eq!(bytes.len() % 4, 0);
         let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
@@ -278,5 +338,58 @@ mod tests {
         }
         assert_eq!(reader.read_indices().unwrap().into_u32().collect::<Vec<_>>(), [0, 1, 2, 0, 2, 3]);
         assert_eq!(reader.read_colors(0).unwrap().into_rgba_u8().count(), 4);
+        assert_eq!(scalars(&bytes, "_STRAIN_MIN"), [-0.5, -1.0, -0.5, 0.0]);
+        assert_eq!(scalars(&bytes, "_STRAIN_MAX"), [1.25, 0.5, 1.25, 2.0]);
+        assert_eq!(document["meshes"][0]["primitives"].as_array().unwrap().len(), 1);
+        assert!(document["meshes"][0]["primitives"][0]["attributes"].get("_PLACED").is_none());
+    }
+
+    /// The values of an attribute of the first primitive, straight from the file.
+    fn scalars(bytes: &[u8], name: &str) -> Vec<f32> {
+        let gltf = gltf::Gltf::from_slice_without_validation(bytes).unwrap();
+        let json_end = HEADER + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let document: Value = serde_json::from_slice(&bytes[HEADER..json_end]).unwrap();
+        let index = document["meshes"][0]["primitives"][0]["attributes"][name].as_u64().unwrap() as usize;
+        let accessor = &document["accessors"][index];
+        let view = &document["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let start = view["byteOffset"].as_u64().unwrap() as usize;
+        let count = accessor["count"].as_u64().unwrap() as usize;
+        let blob = &gltf.blob.unwrap()[start..start + 4 * count];
+        blob.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
+    }
+
+    #[test]
+    fn part_and_waste_are_two_primitives_over_the_same_vertices() {
+        let (mesh, normals, flat) = strip();
+        let part = [false, true];
+        let parts = MeshParts { normals: &normals, flat: Some(&flat), part: Some(&part), ..MeshParts::of(&mesh) };
+        let bytes = write(&parts, None).unwrap();
+        let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+        let blob = gltf.blob.as_deref().unwrap();
+        let primitives: Vec<_> = gltf.meshes().next().unwrap().primitives().collect();
+        let indices = |k: usize| -> Vec<u32> {
+            primitives[k].reader(|_| Some(blob)).read_indices().unwrap().into_u32().collect()
+        };
+        assert_eq!((indices(0), indices(1)), (vec![0, 2, 3], vec![0, 1, 2]));
+        let names: Vec<_> = primitives.iter().map(|p| p.material().name().unwrap().to_owned()).collect();
+        assert_eq!(names, ["part", "waste"]);
+    }
+
+    #[test]
+    fn what_a_partial_flattening_did_not_reach_is_marked_and_never_nan() {
+        let (mesh, normals, mut flat) = strip();
+        flat[3] = DVec2::NAN;
+        let strain = [[-1.0, 0.5], [f64::NAN; 2]];
+        let parts =
+            MeshParts { normals: &normals, flat: Some(&flat), strain_percent: Some(&strain), ..MeshParts::of(&mesh) };
+        let bytes = write(&parts, None).unwrap();
+        assert_eq!(scalars(&bytes, "_PLACED"), [1.0, 1.0, 1.0, 0.0]);
+        assert_eq!(scalars(&bytes, "_STRAIN_MIN"), [-1.0, -1.0, -1.0, 0.0]);
+        let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+        let blob = gltf.blob.as_deref().unwrap();
+        let primitive = gltf.meshes().next().unwrap().primitives().next().unwrap();
+        for uv in primitive.reader(|_| Some(blob)).read_tex_coords(0).unwrap().into_f32() {
+            assert!(uv.iter().all(|x| (0.0..=1.0).contains(x)), "{uv:?}");
+        }
     }
 }

@@ -1,9 +1,13 @@
 //! Strain as colours: blue where the material is gathered, white where it keeps its length, red where it is stretched.
 //!
-//! A triangle's strain is the principal one of larger magnitude; a vertex takes the mean of its triangles. The scale is
-//! symmetric about zero and reaches to the 98th percentile by count, rounded up to 1, 2 or 5 times a power of ten, so
+//! A triangle's strain is the principal one of larger magnitude; a vertex takes the mean of its triangles
+//! ([`super::vertex_strains`]). The scale is symmetric about zero and reaches to the 98th percentile by count of the part's
+//! triangles, rounded up to 1, 2 or 5 times a power of ten, so
 //! that one corner triangle does not pale all others and two similar parts get the same scale. Colours are linear, as
 //! glTF wants them.
+
+use super::MeshParts;
+use super::vertex_strains::{VertexStrain, larger, vertex_strains};
 
 /// Share of triangles whose strain the scale reaches.
 const SCALE_SHARE: f64 = 0.98;
@@ -19,46 +23,35 @@ const GATHERED: [f64; 3] = [0.02, 0.10, 0.60];
 /// Vertices that have no strain.
 const UNKNOWN: Colour = [110, 110, 110, 255];
 
-/// Colours of vertices and their scale.
+/// Strains of vertices as colours, with their scale.
 pub(super) struct StrainColours {
-    /// A colour for each vertex.
-    pub(super) colours: Vec<Colour>,
+    /// The strain at each vertex; `None` where there is none.
+    pub(super) vertices: Vec<Option<VertexStrain>>,
     /// The strain that has the full colour, percent.
     pub(super) scale_percent: f64,
 }
 
-/// Colours for `vertices` vertices from the strains of `triangles`.
-pub(super) fn colours(vertices: usize, triangles: &[[u32; 3]], strains: &[[f64; 2]]) -> StrainColours {
-    let signed: Vec<f32> = strains.iter().map(|[a, b]| (if a.abs() > b.abs() { *a } else { *b }) as f32).collect();
-    let mut sizes: Vec<f32> = signed.iter().filter(|s| s.is_finite()).map(|s| s.abs()).collect();
-    let scale_percent = scale(&mut sizes);
-    let mut sums = vec![(0.0_f32, 0_u32); vertices];
-    for (corners, strain) in triangles.iter().zip(&signed) {
-        if strain.is_finite() {
-            for &corner in corners {
-                if let Some((sum, count)) = sums.get_mut(corner as usize) {
-                    *sum += strain;
-                    *count += 1;
-                }
-            }
-        }
+impl StrainColours {
+    /// From the strains of a mesh's triangles.
+    pub(super) fn of(parts: &MeshParts<'_>, strains: &[[f64; 2]]) -> Self {
+        let of_part = strains.iter().enumerate().filter(|(t, _)| parts.is_of_part(*t));
+        let mut sizes: Vec<f64> = of_part.map(|(_, s)| larger(*s).abs()).filter(|s| s.is_finite()).collect();
+        Self { vertices: vertex_strains(parts, strains), scale_percent: scale(&mut sizes) }
     }
-    let colours = sums
-        .into_iter()
-        .map(
-            |(sum, count)| if count == 0 { UNKNOWN } else { colour(f64::from(sum) / f64::from(count) / scale_percent) },
-        )
-        .collect();
-    StrainColours { colours, scale_percent }
+
+    /// The colour of each vertex.
+    pub(super) fn colours(&self) -> impl Iterator<Item = Colour> + '_ {
+        self.vertices.iter().map(|strain| strain.map_or(UNKNOWN, |strain| colour(strain.signed / self.scale_percent)))
+    }
 }
 
-fn scale(sizes: &mut [f32]) -> f64 {
+fn scale(sizes: &mut [f64]) -> f64 {
     if sizes.is_empty() {
         return SCALE_LEAST;
     }
     let rank = ((sizes.len() as f64 * SCALE_SHARE) as usize).min(sizes.len() - 1);
-    let (_, size, _) = sizes.select_nth_unstable_by(rank, f32::total_cmp);
-    let size = f64::from(*size);
+    let (_, size, _) = sizes.select_nth_unstable_by(rank, f64::total_cmp);
+    let size = *size;
     if size <= SCALE_LEAST {
         return SCALE_LEAST;
     }
@@ -79,23 +72,33 @@ fn colour(fraction: f64) -> Colour {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use glam::DVec3;
 
-    #[test]
-    fn stretched_is_red_gathered_is_blue_and_unknown_is_grey() {
-        let triangles = [[0, 1, 2], [3, 4, 5], [6, 7, 8]];
-        let found = colours(10, &triangles, &[[0.0, 3.0], [-3.0, 1.0], [f64::NAN; 2]]);
-        assert_eq!(found.scale_percent, 5.0);
-        assert!(found.colours[0][0] > found.colours[0][2], "red");
-        assert!(found.colours[3][2] > found.colours[3][0], "blue");
-        assert_eq!(found.colours[6], UNKNOWN);
-        assert_eq!(found.colours[9], UNKNOWN);
+    use super::*;
+    use crate::engine::mesh::Mesh;
+
+    fn mesh(vertices: usize, triangles: Vec<[u32; 3]>) -> Mesh {
+        Mesh { positions: vec![DVec3::ZERO; vertices], uv: None, triangles }
     }
 
     #[test]
-    fn one_wild_triangle_does_not_set_the_scale() {
-        let strains: Vec<[f64; 2]> = (0..1000).map(|i| [0.0, if i == 7 { 400.0 } else { 0.9 }]).collect();
-        let triangles = vec![[0, 1, 2]; 1000];
-        assert_eq!(colours(3, &triangles, &strains).scale_percent, 1.0);
+    fn stretched_is_red_gathered_is_blue_and_unknown_is_grey() {
+        let mesh = mesh(10, vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
+        let found = StrainColours::of(&MeshParts::of(&mesh), &[[0.0, 3.0], [-3.0, 1.0], [f64::NAN; 2]]);
+        assert_eq!(found.scale_percent, 5.0);
+        let colours: Vec<Colour> = found.colours().collect();
+        assert!(colours[0][0] > colours[0][2], "red");
+        assert!(colours[3][2] > colours[3][0], "blue");
+        assert_eq!((colours[6], colours[9]), (UNKNOWN, UNKNOWN));
+    }
+
+    #[test]
+    fn one_wild_triangle_does_not_set_the_scale_and_waste_does_not_either() {
+        let strains: Vec<[f64; 2]> = (0..1000).map(|i| [0.0, if i == 7 || i >= 500 { 400.0 } else { 0.9 }]).collect();
+        let mesh = mesh(3, vec![[0, 1, 2]; 1000]);
+        let part: Vec<bool> = (0..1000).map(|i| i < 500).collect();
+        let scale = |part| StrainColours::of(&MeshParts { part, ..MeshParts::of(&mesh) }, &strains).scale_percent;
+        assert_eq!(scale(Some(part.as_slice())), 1.0);
+        assert_eq!(scale(None), 500.0);
     }
 }
