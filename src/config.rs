@@ -41,6 +41,9 @@ pub struct Settings {
     /// Memory for request bodies in flight, all together, MiB
     #[arg(long, env = "PLANISH_MAX_UPLOADS_MIB", value_name = "MIB", default_value_t = 256)]
     pub max_uploads_mib: usize,
+    /// Memory for written forms of results, so that those asked for often need not be written again, MiB; 0 keeps none
+    #[arg(long, env = "PLANISH_CACHE_MIB", value_name = "MIB", default_value_t = 64)]
+    pub cache_mib: usize,
     /// Jobs that may wait; more are answered with 503
     #[arg(long, env = "PLANISH_MAX_QUEUED", value_name = "N", default_value_t = 10_000)]
     pub max_queued: u32,
@@ -128,6 +131,7 @@ impl Settings {
             ("--workers", self.worker_count() as u64, 1, MAX_WORKERS as u64),
             ("--max-body-mib", self.max_body_mib as u64, 1, MAX_UPLOADS_MIB as u64),
             ("--max-uploads-mib", self.max_uploads_mib as u64, 1, MAX_UPLOADS_MIB as u64),
+            ("--cache-mib", self.cache_mib as u64, 0, MAX_UPLOADS_MIB as u64),
             ("--max-queued", u64::from(self.max_queued), 1, u64::from(u32::MAX)),
             ("--max-connections", self.max_connections as u64, 1, 1 << 20),
             ("--max-streams", self.max_streams as u64, 1, 1 << 20),
@@ -164,6 +168,12 @@ impl Settings {
     #[must_use]
     pub const fn max_uploads(&self) -> usize {
         self.max_uploads_mib.saturating_mul(MIB)
+    }
+
+    /// Memory for written forms, bytes.
+    #[must_use]
+    pub const fn cache(&self) -> usize {
+        self.cache_mib.saturating_mul(MIB)
     }
 
     /// Time for running jobs after SIGTERM.

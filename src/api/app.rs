@@ -8,6 +8,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::problem::{Kind, Problem};
 use super::request::{BodyLimits, Wait};
+use super::results::Renderings;
 use crate::config::Settings;
 use crate::queue::Queue;
 use crate::store::{Job, JobId, Store};
@@ -33,6 +34,7 @@ struct Inner {
     streams: Arc<Semaphore>,
     most_streams: usize,
     heartbeat: Duration,
+    renderings: Renderings,
     draining: CancellationToken,
 }
 
@@ -47,6 +49,7 @@ impl App {
         let streams = Arc::new(Semaphore::new(settings.max_streams));
         // A connection on which nothing moves is closed: two signs of life come before that.
         let heartbeat = HEARTBEAT.min(Duration::from_secs(settings.idle_timeout_s) / 2);
+        let renderings = Renderings::new(settings.cache());
         Self(Arc::new(Inner {
             store,
             queue,
@@ -55,6 +58,7 @@ impl App {
             streams,
             most_streams: settings.max_streams,
             heartbeat,
+            renderings,
             draining,
         }))
     }
@@ -75,6 +79,18 @@ impl App {
     #[must_use]
     pub(crate) fn bodies(&self) -> &BodyLimits {
         &self.0.bodies
+    }
+
+    /// How many forms of results were written or compressed so far: what was answered from memory does not count.
+    #[must_use]
+    pub fn forms_written(&self) -> u64 {
+        self.renderings().written()
+    }
+
+    /// Forms of results that are kept in memory.
+    #[must_use]
+    pub(crate) fn renderings(&self) -> &Renderings {
+        &self.0.renderings
     }
 
     /// Cancelled when the service shuts down.

@@ -55,7 +55,10 @@ pub(super) async fn flatten(
     let id = enqueued.job().id;
     let job = app.ended(id, wait.unwrap_or(Wait::LONGEST)).await?.ok_or_else(super::jobs::absent)?;
     let mut response = match job.state {
-        JobState::Succeeded => answer(&app, &job, &HeaderMap::new(), ResultKind::Pattern, form).await?,
+        JobState::Succeeded => {
+            let standing = app.store().standing(id).await?.ok_or_else(super::jobs::absent)?;
+            answer(&app, &standing, &unconditional(&headers), ResultKind::Pattern, form).await?
+        }
         JobState::Failed => failed(&job).into_response(),
         JobState::Cancelled => {
             Problem::new(Kind::JobCancelled, "The job was cancelled before it ended.").into_response()
@@ -81,6 +84,12 @@ pub(super) async fn flatten(
         wait.acknowledge(headers);
     }
     Ok(response)
+}
+
+/// What the answer depends on beside the form. A call that makes a job is not answered by "you have it already".
+fn unconditional(headers: &HeaderMap) -> HeaderMap {
+    let codings = headers.get_all(header::ACCEPT_ENCODING).iter();
+    codings.map(|value| (header::ACCEPT_ENCODING, value.clone())).collect()
 }
 
 /// The form of the pattern: what `format` says, else what `Accept` likes best.

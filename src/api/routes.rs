@@ -2,14 +2,14 @@
 
 use axum::Router;
 use axum::handler::Handler;
-use axum::http::{Method, Uri};
+use axum::http::{Extensions, HeaderMap, Method, StatusCode, Uri, Version};
 use axum::middleware::{from_fn, from_fn_with_state};
 use axum::routing::{MethodFilter, on};
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{NotForContentType, Predicate as _, SizeAbove};
 
-use super::answer::{finish_tags, not_acceptable};
+use super::answer::{Coded, finish_tags, not_acceptable};
 use super::problem::{Kind, Problem, finish, panicked};
 use super::results::ResultKind;
 use super::service::{contract, docs, health, metrics, problems};
@@ -36,6 +36,9 @@ fn table() -> Routes {
         .get("/v1/feed", jobs::feed)
         .get("/v1/jobs/{job}/mesh", results::mesh)
         .get("/v1/jobs/{job}/mesh.glb", results::mesh_glb)
+        .get("/v1/jobs/{job}/mesh.obj", results::mesh_obj)
+        .get("/v1/jobs/{job}/mesh.stl", results::mesh_stl)
+        .get("/v1/jobs/{job}/mesh.ply", results::mesh_ply)
         .get("/v1/jobs/{job}/mesh.json", results::mesh_json)
         .get("/v1/jobs/{job}/pattern", results::pattern)
         .get("/v1/jobs/{job}/pattern.svg", results::pattern_svg)
@@ -43,6 +46,7 @@ fn table() -> Routes {
         .get("/v1/jobs/{job}/pattern.json", results::pattern_json)
         .get("/v1/jobs/{job}/report", results::report)
         .get("/v1/jobs/{job}/report.json", results::report_json)
+        .get("/v1/jobs/{job}/report.csv", results::report_csv)
         .post("/v1/flatten", flatten::flatten)
         .get("/healthz", health::healthz)
         .get("/readyz", health::readyz)
@@ -73,9 +77,16 @@ fn surrounded<S: Clone + Send + Sync + 'static>(router: Router<S>, metrics: Metr
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn(finish))
         // Events go out one by one; a compressor would collect them.
-        .layer(CompressionLayer::new().compress_when(SizeAbove::new(COMPRESSED_ABOVE).and(NotForContentType::SSE)))
+        .layer(CompressionLayer::new().compress_when(
+            SizeAbove::new(COMPRESSED_ABOVE).and(NotForContentType::SSE).and(is_not_coded),
+        ))
         .layer(from_fn(finish_tags))
         .layer(from_fn_with_state(metrics, layers::surround))
+}
+
+/// An answer that has made its own choice of a coding is left as it is.
+fn is_not_coded(_: StatusCode, _: Version, _: &HeaderMap, extensions: &Extensions) -> bool {
+    extensions.get::<Coded>().is_none()
 }
 
 /// There is nothing here; a result's form that there is not is told so.
@@ -126,7 +137,7 @@ impl Routes {
 #[cfg(test)]
 mod tests {
     use axum::body::Body;
-    use axum::http::{Request, StatusCode};
+    use axum::http::Request;
     use axum::routing::get;
     use http_body_util::BodyExt as _;
     use tower::ServiceExt as _;

@@ -155,6 +155,17 @@ impl Store {
     /// # Errors
     /// What the database says.
     pub async fn remove_job(&self, id: JobId) -> Result<Removal, StoreError> {
+        let store = self.clone();
+        // In a task of its own: the job is forgotten also when the caller goes away between the commit and its answer.
+        let removed = tokio::spawn(async move {
+            let removed = store.remove(id).await;
+            store.0.ended.forget(id);
+            removed
+        });
+        removed.await.unwrap_or(Err(StoreError::Interrupted))
+    }
+
+    async fn remove(&self, id: JobId) -> Result<Removal, StoreError> {
         self.write(id, |_, id, tx| {
             Box::pin(async {
                 let Some(row) = sqlx::query(super::lists::JOB_BY_ID).bind(id.bytes()).fetch_optional(&mut *tx).await?

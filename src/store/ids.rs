@@ -72,7 +72,9 @@ impl Digest {
         Self(blake3::hash(bytes))
     }
 
-    pub(super) fn bytes(&self) -> &[u8] {
+    /// The digest itself.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
         self.0.as_bytes()
     }
 

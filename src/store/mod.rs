@@ -14,6 +14,7 @@
 //! Every committed change of a job is told to those who [subscribed](Store::changes).
 //! Nothing here knows HTTP or geometry; JSON goes in and out as it came.
 
+mod ended;
 mod endings;
 mod enqueue;
 mod error;
@@ -41,6 +42,7 @@ use sqlx::{AssertSqlSafe, ConnectOptions as _};
 use tokio::sync::broadcast;
 use uuid::Uuid;
 
+pub use ended::{EndedJob, Standing};
 pub use endings::{Cancelled, Committed, Ending, Removal};
 pub use enqueue::{EnqueueError, Enqueued, IDEMPOTENCY_KEPT, IdempotencyKey, NewJob};
 pub use error::StoreError;
@@ -80,6 +82,7 @@ struct Inner {
     writer: Writer,
     readers: SqlitePool,
     context: Arc<Context>,
+    ended: ended::EndedJobs,
     directory: PathBuf,
     /// Held as long as the store is open; the system lets go of it when the process dies, however it dies.
     lock: File,
@@ -123,7 +126,8 @@ impl Store {
             commits: AtomicU64::new(0),
         });
         let writer = Writer::start(connection, context.clone());
-        Ok(Self(Arc::new(Inner { writer, readers, context, directory: directory.to_owned(), lock })))
+        let ended = ended::EndedJobs::new();
+        Ok(Self(Arc::new(Inner { writer, readers, context, ended, directory: directory.to_owned(), lock })))
     }
 
     /// Writes the log back into the database and closes it. Whoever still holds a clone gets errors from now on.

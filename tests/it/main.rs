@@ -10,6 +10,7 @@ mod api_calls;
 mod api_events;
 mod api_faults;
 mod api_feed;
+mod api_results;
 mod architecture;
 mod contract;
 mod queue_bounds;

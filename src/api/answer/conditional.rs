@@ -15,7 +15,7 @@ const CODINGS: [&str; 2] = ["gzip", "zstd"];
 const DIGITS: usize = 32;
 
 /// A strong entity tag.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) struct Tag(String);
 
 impl Tag {

@@ -15,6 +15,14 @@ pub enum Form {
     Json,
     /// Mesh to look at.
     Glb,
+    /// Mesh as text.
+    Obj,
+    /// Mesh as bare triangles.
+    Stl,
+    /// Mesh with everything that is known of it.
+    Ply,
+    /// Table.
+    Csv,
 }
 
 impl Form {
@@ -26,6 +34,10 @@ impl Form {
             Self::Dxf => "dxf",
             Self::Json => "json",
             Self::Glb => "glb",
+            Self::Obj => "obj",
+            Self::Stl => "stl",
+            Self::Ply => "ply",
+            Self::Csv => "csv",
         }
     }
 
@@ -37,6 +49,11 @@ impl Form {
             Self::Dxf => "image/vnd.dxf",
             Self::Json => "application/json",
             Self::Glb => "model/gltf-binary",
+            Self::Obj => "model/obj",
+            Self::Stl => "model/stl",
+            // No type of PLY is registered; this is what programs write.
+            Self::Ply => "application/x-ply",
+            Self::Csv => "text/csv",
         }
     }
 

@@ -10,7 +10,7 @@ use crate::api::results::ResultKind;
 use crate::api::times::rfc3339;
 use crate::engine::error::{Place, Remedy};
 use crate::engine::job::JobOptions;
-use crate::store::{Job, StoredResult};
+use crate::store::{Job, JobId, StoredResult};
 
 /// Why a job failed, as it was stored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -37,9 +37,14 @@ impl Failure {
     /// Why this job failed; none when it did not.
     #[must_use]
     pub(crate) fn of(job: &Job) -> Option<Self> {
-        let stored = job.problem.clone()?;
-        Some(serde_json::from_value(stored).unwrap_or_else(|error| {
-            tracing::error!(job = %job.id, %error, "the problem of a job cannot be read");
+        Self::stored(job.id, job.problem.as_ref())
+    }
+
+    /// The failure that was stored as this problem of a job.
+    #[must_use]
+    pub(crate) fn stored(job: JobId, problem: Option<&Value>) -> Option<Self> {
+        Some(serde_json::from_value(problem?.clone()).unwrap_or_else(|error| {
+            tracing::error!(%job, %error, "the problem of a job cannot be read");
             Self { code: unknown(), detail: "The reason was lost.".to_owned(), place: None, remedies: Vec::new() }
         }))
     }

@@ -33,13 +33,22 @@ impl ResultKind {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
+    /// The name of the stored result that a form is written from: the table of triangles is the mesh's.
+    #[must_use]
+    pub const fn stored_as(self, form: Form) -> &'static str {
+        match (self, form) {
+            (Self::Report, Form::Csv) => Self::Mesh.name(),
+            _ => self.name(),
+        }
+    }
+
     /// Its forms; the first is the one that a client gets who does not mind.
     #[must_use]
     pub const fn forms(self) -> &'static [Form] {
         match self {
-            Self::Mesh => &[Form::Glb, Form::Json],
+            Self::Mesh => &[Form::Glb, Form::Obj, Form::Stl, Form::Ply, Form::Json],
             Self::Pattern => &[Form::Svg, Form::Dxf, Form::Json],
-            Self::Report => &[Form::Json],
+            Self::Report => &[Form::Json, Form::Csv],
         }
     }
 }

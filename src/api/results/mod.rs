@@ -2,11 +2,13 @@
 
 mod kinds;
 mod rendering;
+mod renderings;
 mod show;
 
 pub use kinds::ResultKind;
-pub(crate) use rendering::tag;
 pub use rendering::{Source, render};
+pub(crate) use renderings::Renderings;
 pub(crate) use show::{
-    answer, mesh, mesh_glb, mesh_json, pattern, pattern_dxf, pattern_json, pattern_svg, report, report_json,
+    answer, mesh, mesh_glb, mesh_json, mesh_obj, mesh_ply, mesh_stl, pattern, pattern_dxf, pattern_json, pattern_svg,
+    report, report_csv, report_json,
 };

@@ -10,14 +10,15 @@ use crate::api::problem::Problem;
 use crate::api::surfaces::NAME;
 use crate::engine::job::Labels;
 use crate::formats::stored::{decode_mesh, decode_pattern};
-use crate::formats::{TitleBlock, dxf, glb, mesh_json, pattern_json, svg};
+use crate::formats::{TitleBlock, dxf, file_stem, glb, mesh_json, obj, pattern_json, ply, stl, svg, triangles_csv};
+use crate::store::Digest;
 
 /// What a form is written from.
 #[derive(Debug, Clone)]
 pub struct Source {
     /// Which result.
     pub kind: ResultKind,
-    /// Its stored bytes.
+    /// The stored bytes that the form is written from ([`ResultKind::stored_as`]).
     pub bytes: Bytes,
     /// The job's labels: they stand in the title block.
     pub labels: Labels,
@@ -25,8 +26,8 @@ pub struct Source {
 
 /// The tag of a form: of everything that its bytes are made of.
 #[must_use]
-pub(crate) fn tag(digest: &str, form: Form, labels: &Labels) -> Tag {
-    let mut parts: Vec<&[u8]> = vec![env!("CARGO_PKG_VERSION").as_bytes(), digest.as_bytes(), form.suffix().as_bytes()];
+pub(super) fn tag(digest: Digest, form: Form, labels: &Labels) -> Tag {
+    let mut parts: Vec<&[u8]> = vec![env!("CARGO_PKG_VERSION").as_bytes(), digest.bytes(), form.suffix().as_bytes()];
     for (key, value) in labels {
         parts.push(key.as_bytes());
         parts.push(value.as_bytes());
@@ -53,11 +54,15 @@ pub fn render(source: &Source, form: Form) -> Result<Bytes, Problem> {
 fn written(source: &Source, form: Form) -> Result<Bytes, String> {
     let name = source.labels.get(NAME).map(String::as_str);
     let bytes = match source.kind {
-        ResultKind::Report => return Ok(source.bytes.clone()),
-        ResultKind::Mesh => {
+        ResultKind::Report if form != Form::Csv => return Ok(source.bytes.clone()),
+        ResultKind::Report | ResultKind::Mesh => {
             let mesh = decode_mesh(&source.bytes).map_err(|e| e.to_string())?;
             match form {
+                Form::Csv => triangles_csv::write(&mesh.parts()),
                 Form::Glb => glb::write(&mesh.parts(), name),
+                Form::Obj => obj::write(&mesh.parts(), &file_stem(name, "part")),
+                Form::Stl => stl::write(&mesh.parts()),
+                Form::Ply => ply::write(&mesh.parts()),
                 _ => mesh_json::write(&mesh.parts()),
             }
         }

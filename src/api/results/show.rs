@@ -4,14 +4,16 @@ use axum::extract::{Path, State};
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 
-use super::{ResultKind, Source, render, tag};
+use super::ResultKind;
+use super::rendering::tag;
+use super::renderings::{Wanted, rendered};
 use crate::api::App;
-use crate::api::answer::{Form, choose, disposition};
+use crate::api::answer::{Coded, Coding, Form, choose, disposition};
 use crate::api::jobs::{Failure, absent, id_of};
 use crate::api::problem::{Kind, Problem};
 use crate::api::request::Query;
 use crate::api::surfaces::NAME;
-use crate::store::{Job, State as JobState};
+use crate::store::{EndedJob, Standing, State as JobState};
 
 /// One handler for each address: the result, and the form where the suffix names it.
 macro_rules! handlers {
@@ -35,6 +37,12 @@ handlers! {
     mesh: Mesh;
     /// The mesh as GLB.
     mesh_glb: Mesh Glb;
+    /// The mesh as OBJ.
+    mesh_obj: Mesh Obj;
+    /// The mesh as STL.
+    mesh_stl: Mesh Stl;
+    /// The mesh as PLY.
+    mesh_ply: Mesh Ply;
     /// The mesh as JSON.
     mesh_json: Mesh Json;
     /// The pattern.
@@ -49,6 +57,8 @@ handlers! {
     report: Report;
     /// The report as JSON.
     report_json: Report Json;
+    /// The mesh's triangles as a table.
+    report_csv: Report Csv;
 }
 
 async fn show(
@@ -62,8 +72,8 @@ async fn show(
         Some(form) => form,
         None => choose(headers, kind.forms())?,
     };
-    let job = app.store().job(id_of(id)?).await?.ok_or_else(absent)?;
-    answer(app, &job, headers, kind, form).await
+    let standing = app.store().standing(id_of(id)?).await?.ok_or_else(absent)?;
+    answer(app, &standing, headers, kind, form).await
 }
 
 /// A result of a job in a form.
@@ -72,31 +82,31 @@ async fn show(
 /// 409 while there is none yet, or since the job was cancelled; 404 when the job has ended without it.
 pub(crate) async fn answer(
     app: &App,
-    job: &Job,
+    standing: &Standing,
     headers: &HeaderMap,
     kind: ResultKind,
     form: Form,
 ) -> Result<Response, Problem> {
-    match job.state {
-        JobState::Queued | JobState::Running => {
+    let job = match standing {
+        Standing::Open(state) => {
             return Err(Problem::new(
                 Kind::JobNotEnded,
-                format!("The job is {}; its results come when it has ended.", job.state),
+                format!("The job is {state}; its results come when it has ended."),
             )
             .retry_after(1));
         }
-        JobState::Cancelled => return Err(Problem::new(Kind::JobCancelled, "The job was cancelled before it ended.")),
-        JobState::Succeeded | JobState::Failed => {}
-    }
-    let stored = app.store().results(job.id).await?;
-    let stored = stored.iter().find(|result| result.name == kind.name()).ok_or_else(|| none(job, kind))?;
-    let tag = tag(&stored.digest.to_string(), form, &job.labels);
+        Standing::Ended(job) if job.state == JobState::Cancelled => {
+            return Err(Problem::new(Kind::JobCancelled, "The job was cancelled before it ended."));
+        }
+        Standing::Ended(job) => job,
+    };
+    let stored = job.result(kind.stored_as(form)).ok_or_else(|| none(job, kind))?;
+    let tag = tag(stored.digest, form, &job.labels);
     if let Some(answer) = tag.not_modified(headers) {
         return Ok(answer);
     }
-    let (_, bytes) = app.store().result(job.id, kind.name()).await?.ok_or_else(|| none(job, kind))?;
-    let source = Source { kind, bytes, labels: job.labels.clone() };
-    let bytes = app.on_a_thread(move || render(&source, form)).await?;
+    let wanted = Wanted { job: job.clone(), kind, form, tag: tag.clone(), coding: Coding::choose(headers) };
+    let written = rendered(app, wanted).await?.ok_or_else(absent)?;
     let stem = job.labels.get("part_number").or_else(|| job.labels.get(NAME)).map_or("", String::as_str);
     // A browser shows what it can show; what is made for other programs is saved.
     let inline = matches!(form, Form::Svg | Form::Json);
@@ -104,15 +114,21 @@ pub(crate) async fn answer(
         (header::CONTENT_TYPE, HeaderValue::from_static(form.media())),
         (header::ETAG, tag.header()),
         (header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache")),
-        (header::VARY, HeaderValue::from_static("accept")),
+        (header::VARY, HeaderValue::from_static("accept, accept-encoding")),
         (header::CONTENT_DISPOSITION, disposition(stem, kind.name(), form.suffix(), inline)),
     ];
-    Ok((headers, bytes).into_response())
+    let mut response = (headers, written.bytes).into_response();
+    if let Some(coding) = written.coding.header() {
+        response.headers_mut().insert(header::CONTENT_ENCODING, coding);
+    }
+    // It is in the coding that was chosen; the compression layer is to leave it so.
+    response.extensions_mut().insert(Coded);
+    Ok(response)
 }
 
 /// The job has ended without this result.
-fn none(job: &Job, kind: ResultKind) -> Problem {
-    match Failure::of(job) {
+fn none(job: &EndedJob, kind: ResultKind) -> Problem {
+    match Failure::stored(job.id, job.problem.as_ref()) {
         Some(failure) => {
             let detail = format!("The job failed and left no {}: {}", kind.name(), failure.detail);
             Problem::new(Kind::ResultNotFound, detail).stored(failure.code, failure.place, failure.remedies)

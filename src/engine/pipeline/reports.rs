@@ -55,6 +55,7 @@ pub(super) fn of_mesh(mesh: &Mesh, topology: &Topology) -> TriangulationReport {
         triangles: mesh.triangles.len() as u64,
         area_mm2,
         surface_area_mm2: area_mm2,
+        part_area_mm2: Some(area_mm2),
         edge_max_mm: measures::edge_lengths(mesh, topology).into_iter().fold(0.0, f64::max),
         borders: topology.border_count() as u64,
         pieces: topology.piece_count() as u64,

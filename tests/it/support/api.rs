@@ -29,6 +29,7 @@ pub(crate) struct Live {
     /// Where it listens: `http://127.0.0.1:PORT`.
     pub(crate) address: String,
     pub(crate) client: Client,
+    pub(crate) app: App,
     pub(crate) store: Store,
     pub(crate) queue: Queue,
     /// Cancelling this is what SIGTERM does first.
@@ -85,8 +86,8 @@ impl Live {
             header: Duration::from_secs(settings.header_timeout_s),
             idle: Duration::from_secs(settings.idle_timeout_s),
         };
-        tokio::spawn(serve(listener, router(app), limits, stop.clone()));
-        Self { address, client: Client::new(), store, queue, draining, stop, directory: None }
+        tokio::spawn(serve(listener, router(app.clone()), limits, stop.clone()));
+        Self { address, client: Client::new(), app, store, queue, draining, stop, directory: None }
     }
 
     /// The data directory.
