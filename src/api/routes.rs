@@ -77,9 +77,10 @@ fn surrounded<S: Clone + Send + Sync + 'static>(router: Router<S>, metrics: Metr
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn(finish))
         // Events go out one by one; a compressor would collect them.
-        .layer(CompressionLayer::new().compress_when(
-            SizeAbove::new(COMPRESSED_ABOVE).and(NotForContentType::SSE).and(is_not_coded),
-        ))
+        .layer(
+            CompressionLayer::new()
+                .compress_when(SizeAbove::new(COMPRESSED_ABOVE).and(NotForContentType::SSE).and(is_not_coded)),
+        )
         .layer(from_fn(finish_tags))
         .layer(from_fn_with_state(metrics, layers::surround))
 }

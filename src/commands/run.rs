@@ -11,7 +11,7 @@ use planish::api::parameters::{self, JobRequest};
 use planish::api::problem::{Kind, Problem};
 use planish::api::{CheckedSurface, Form, NAME, ResultKind, Source, render};
 use planish::engine::budget::Unobserved;
-use planish::engine::distortion::VerdictResult;
+use planish::engine::distortion::{Verdict, VerdictResult};
 use planish::engine::job::{JobKind, Labels};
 use planish::engine::pipeline::{self, Outcome};
 use planish::formats::stored::{encode_mesh, encode_pattern};
@@ -19,7 +19,7 @@ use planish::formats::{MeshParts, report_json};
 use serde_json::{Value, json};
 
 use super::input::{SurfaceArguments, file};
-use super::{FAILED, USAGE, VERDICT_FAIL, complain_of};
+use super::{FAILED, USAGE, VERDICT_FAIL, complain, complain_of, say};
 
 /// What `run` takes.
 #[derive(Debug, Args)]
@@ -66,13 +66,17 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     fs::create_dir_all(&arguments.out).with_context(|| format!("{} cannot be made", arguments.out.display()))?;
     match pipeline::run(arguments.kind, &surface.trimmed, &request.options, &Unobserved) {
         Ok(outcome) => {
-            write(&arguments.out, &outcome, &labels)?;
-            let failed = outcome.report.verdict.is_some_and(|verdict| verdict.result == VerdictResult::Fail);
-            Ok(ExitCode::from(if failed { VERDICT_FAIL } else { 0 }))
+            say(&write(&arguments.out, &outcome, &labels)?).context("standard output cannot be written")?;
+            let verdict = outcome.report.verdict.unwrap_or_default();
+            if verdict.result != VerdictResult::Fail {
+                return Ok(ExitCode::SUCCESS);
+            }
+            complain(&broken(&verdict));
+            Ok(ExitCode::from(VERDICT_FAIL))
         }
         Err(failure) => {
             if let Some(partial) = &failure.partial {
-                write(&arguments.out, partial, &labels)?;
+                say(&write(&arguments.out, partial, &labels)?).context("standard output cannot be written")?;
             }
             let problem = Problem::new(Kind::JobFailed, failure.error.to_string()).located(&failure.error);
             complain_of(&problem, &arguments.surface.name());
@@ -105,22 +109,33 @@ fn request(arguments: &RunArguments, surface: &CheckedSurface) -> anyhow::Result
     Ok(Err(Problem::new(Kind::InvalidParameters, "The job's parameters have faults.").with_faults(faults)))
 }
 
-/// Writes the report and every form of the results.
-fn write(folder: &Path, outcome: &Outcome, labels: &Labels) -> anyhow::Result<()> {
-    let parts = MeshParts::from(outcome);
-    let report = report_json::write(&outcome.report).context("the report cannot be written")?;
-    let mut results = vec![(ResultKind::Report, report), (ResultKind::Mesh, encode_mesh(&parts))];
-    results.extend(outcome.pattern.as_ref().map(|pattern| (ResultKind::Pattern, encode_pattern(pattern))));
-    for (kind, bytes) in results {
-        let source = Source { kind, bytes: Bytes::from(bytes), labels: labels.clone() };
-        for form in kind.forms() {
-            write_form(folder, &source, *form)?;
-        }
-    }
-    Ok(())
+/// The limits that are not kept, in a line.
+fn broken(verdict: &Verdict) -> String {
+    let failed = verdict.limits.iter().filter(|limit| !limit.ok);
+    let list: Vec<String> =
+        failed.map(|l| format!("{} is {:.4} ({}), the limit is {}", l.name, l.value, l.of, l.limit)).collect();
+    format!("verdict fail: {}", list.join("; "))
 }
 
-fn write_form(folder: &Path, source: &Source, form: Form) -> anyhow::Result<()> {
+/// Writes the report and every form of the results; gives a line that names the files.
+fn write(folder: &Path, outcome: &Outcome, labels: &Labels) -> anyhow::Result<String> {
+    let report = report_json::write(&outcome.report).context("the report cannot be written")?;
+    let mesh = encode_mesh(&MeshParts::from(outcome));
+    let mut stored = vec![(ResultKind::Report, Bytes::from(report)), (ResultKind::Mesh, Bytes::from(mesh))];
+    stored.extend(outcome.pattern.as_ref().map(|pattern| (ResultKind::Pattern, Bytes::from(encode_pattern(pattern)))));
+    let mut files = Vec::new();
+    for (kind, _) in &stored {
+        for form in kind.forms() {
+            let name = kind.stored_as(*form);
+            let Some((_, bytes)) = stored.iter().find(|(kind, _)| kind.name() == name) else { continue };
+            let source = Source { kind: *kind, bytes: bytes.clone(), labels: labels.clone() };
+            files.push(write_form(folder, &source, *form)?);
+        }
+    }
+    Ok(format!("{}: {}", folder.display(), files.join(", ")))
+}
+
+fn write_form(folder: &Path, source: &Source, form: Form) -> anyhow::Result<String> {
     let name = format!("{}.{}", source.kind.name(), form.suffix());
     let bytes = match render(source, form) {
         Ok(bytes) => bytes,
@@ -130,5 +145,6 @@ fn write_form(folder: &Path, source: &Source, form: Form) -> anyhow::Result<()> 
         }
     };
     let path = folder.join(&name);
-    fs::write(&path, bytes).with_context(|| format!("{} cannot be written", path.display()))
+    fs::write(&path, bytes).with_context(|| format!("{} cannot be written", path.display()))?;
+    Ok(name)
 }

@@ -1,6 +1,5 @@
 //! Results over HTTP: every form, the choice of form and coding, tags, and what is kept in memory.
 
-use std::io::Read as _;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -68,8 +67,9 @@ async fn every_form_says_the_same_of_part_and_waste() {
     let total: f64 = rows[1..].iter().map(|row| row[area].parse::<f64>().unwrap()).sum();
     assert!((total / report["triangulation"]["area_mm2"].as_f64().unwrap() - 1.0).abs() < 1e-12);
     let of_part = report["triangulation"]["part_area_mm2"].as_f64().unwrap();
-    let of_base = report["triangulation"]["surface_area_mm2"].as_f64().unwrap();
-    assert!(of_part < 0.65 * of_base && of_part > 0.64 * of_base - 1.0, "{of_part} of {of_base}");
+    // z = f(u) + f(v) with slopes up to 0.16 within the loop: 6400 (1 + 0.02 * 2 * 0.64 / 3), and little of higher order.
+    assert!((of_part / 6454.6 - 1.0).abs() < 1e-3, "{of_part}");
+    assert!(of_part < 0.65 * report["triangulation"]["surface_area_mm2"].as_f64().unwrap());
 
     let obj = live.get(&format!("{job}/mesh.obj")).await.expect(200).text();
     let count = |start: &str| obj.lines().filter(|line| line.starts_with(start)).count();
@@ -89,7 +89,8 @@ async fn every_form_says_the_same_of_part_and_waste() {
 async fn a_mesh_without_a_flattening_has_every_form_too() {
     let live = engine().await;
     let surface = live.surface(&bowl()).await;
-    let job = live.job(&json!({ "kind": "triangulate", "surface": surface, "triangulation": { "grid": [5, 5] } })).await;
+    let job =
+        live.job(&json!({ "kind": "triangulate", "surface": surface, "triangulation": { "grid": [5, 5] } })).await;
     let document = live.ended(&job).await;
     for link in document["results"].as_array().unwrap() {
         live.get(link["href"].as_str().unwrap()).await.expect(200);
@@ -147,21 +148,17 @@ async fn each_coding_has_its_own_tag_and_reads_back_to_the_same_bytes() {
             assert_eq!(answer.header("content-encoding"), Some(coding), "{form}");
             let own = format!("\"{tag}-{coding}\"");
             assert_eq!(answer.header("etag"), Some(own.as_str()));
-            let mut bytes = Vec::new();
-            match coding {
-                "gzip" => drop(flate2::read::GzDecoder::new(answer.body.as_slice()).read_to_end(&mut bytes).unwrap()),
-                _ => bytes = zstd::stream::decode_all(answer.body.as_slice()).unwrap(),
-            }
-            assert!(bytes == plain.body && answer.body.len() < plain.body.len(), "{form} {coding}");
+            assert!(answer.decoded() == plain.body && answer.body.len() < plain.body.len(), "{form} {coding}");
             let same = live.send(Method::GET, &path, |r| r.header("If-None-Match", &own)).await.expect(304);
             assert_eq!(same.header("vary"), Some("accept, accept-encoding"));
         }
         let best = live.send(Method::GET, &path, |r| r.header("Accept-Encoding", "gzip, zstd;q=0.9, br")).await;
         assert_eq!(best.header("content-encoding"), Some("gzip"));
     }
-    // What is too short to gain by it is sent as it is, and the compression layer leaves it so.
-    let short = live.send(Method::GET, &format!("{job}/pattern.json"), |r| r.header("Accept-Encoding", "identity;q=0.5, gzip;q=0.1"));
-    assert_eq!(short.await.expect(200).header("content-encoding"), None);
+    // Bytes as they are, where they are liked best: the compression layer leaves them so.
+    let path = format!("{job}/mesh.ply");
+    let plain = live.send(Method::GET, &path, |r| r.header("Accept-Encoding", "identity, gzip;q=0.5"));
+    assert_eq!(plain.await.expect(200).header("content-encoding"), None);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -278,5 +275,6 @@ async fn without_a_cache_the_answers_are_the_same() {
     let second = live.get(&path).await.expect(200);
     assert_eq!((first.header("etag"), &first.body), (second.header("etag"), &second.body));
     let packed = live.send(Method::GET, &path, |r| r.header("Accept-Encoding", "zstd")).await.expect(200);
-    assert_eq!(zstd::stream::decode_all(packed.body.as_slice()).unwrap(), first.body);
+    assert_eq!(packed.header("content-encoding"), Some("zstd"));
+    assert!(packed.decoded() == first.body);
 }

@@ -10,7 +10,7 @@ use std::process::Command;
 use glam::{DVec2, DVec3};
 use planish::engine::mesh::Mesh;
 use planish::engine::pattern::{Contour, Pattern, Piece};
-use planish::formats::{MeshParts, TitleBlock, dxf, glb, svg};
+use planish::formats::{MeshParts, TitleBlock, dxf, glb, obj, ply, stl, svg, triangles_csv};
 use serde_json::Value;
 
 /// The letter F, 70 x 100, with a hole in its stem.
@@ -154,6 +154,98 @@ fn trimesh_and_the_gltf_validator_accept_a_mesh_and_see_it_as_meant() {
     let flat_area = seen["flat_area"].as_f64().expect("an area") * mm_per_uv * mm_per_uv;
     let want = 50.0 * 50.0 * std::f64::consts::PI;
     assert!((flat_area / want - 1.0).abs() < 1e-5, "not mirrored, in millimetres: {flat_area} against {want}");
+}
+
+/// What a program sees must be what was written, within rounding.
+fn assert_near(seen: &Value, want: &[f64], what: &str) {
+    let seen: Vec<f64> = seen.as_array().expect("numbers").iter().map(|x| x.as_f64().expect("a number")).collect();
+    assert_eq!(seen.len(), want.len(), "{what}: {seen:?}");
+    for (seen, want) in seen.iter().zip(want) {
+        assert!((seen - want).abs() <= 1e-9 * want.abs().max(1.0), "{what}: {seen} for {want}");
+    }
+}
+
+#[test]
+fn the_gltf_validator_accepts_part_and_waste_and_what_was_not_reached() {
+    let (mesh, normals, mut flat, mut strain) = quarter();
+    let part: Vec<bool> = (0..mesh.triangles.len()).map(|t| t >= 60).collect();
+    flat[..31].fill(DVec2::NAN);
+    strain[..60].fill([f64::NAN; 2]);
+    let parts = MeshParts {
+        normals: &normals,
+        flat: Some(&flat),
+        strain_percent: Some(&strain),
+        part: Some(&part),
+        ..MeshParts::of(&mesh)
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("partial.glb");
+    std::fs::write(&file, glb::write(&parts, Some("partial")).expect("a mesh")).expect("written");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/tools/check_glb.cjs");
+    if let Some(seen) = run(Command::new("node").arg(script).arg(&file), "gltf-validator") {
+        for count in ["numErrors", "numWarnings", "numHints"] {
+            assert_eq!(seen[count], 0, "{seen}");
+        }
+    }
+    let Some(seen) = python("glb", &file, "trimesh") else { return };
+    assert_eq!(
+        (&seen["geometries"], &seen["triangles"], &seen["all_triangles"]),
+        (&2.into(), &240.into(), &300.into())
+    );
+    let attributes = &seen["attributes"];
+    assert_near(&attributes["_PLACED"], &[0.0, 1.0], "placed");
+    assert_near(&attributes["_STRAIN_MIN"], &[-1.0, 0.0], "least strains, 0 where there are none");
+    assert!(attributes["_STRAIN_MAX"][1].as_f64().is_some_and(|s| s > 2.5), "{attributes}");
+}
+
+#[test]
+fn other_programs_read_obj_stl_ply_and_csv_as_meant() {
+    let (mut mesh, normals, flat, strain) = quarter();
+    // Nearer than a kilometre: STL has single precision and no offset.
+    mesh.positions.iter_mut().for_each(|p| p.x -= 1e6);
+    let part: Vec<bool> = (0..mesh.triangles.len()).map(|t| t >= 60).collect();
+    let parts = MeshParts {
+        normals: &normals,
+        flat: Some(&flat),
+        strain_percent: Some(&strain),
+        part: Some(&part),
+        ..MeshParts::of(&mesh)
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let seen = |kind: &str, bytes: Vec<u8>, what: &str| {
+        let file = folder.path().join(format!("quarter.{kind}"));
+        std::fs::write(&file, bytes).expect("written");
+        python(kind, &file, what)
+    };
+    let want = 50.0 * 50.0 * std::f64::consts::PI;
+    // Chords of 30 steps: sin(x)/x of half a step.
+    let half = std::f64::consts::FRAC_PI_2 / 60.0;
+    let area = want * half.sin() / half;
+    if let Some(table) = seen("csv", triangles_csv::write(&parts).expect("a table"), "python") {
+        assert_eq!((&table["rows"], &table["part"]), (&300.into(), &240.into()));
+        assert_eq!(table["columns"].as_array().map(Vec::len), Some(15));
+        assert_near(&serde_json::json!([table["area_3d"], table["area_2d"]]), &[area, want], "areas");
+        assert_near(&table["strain"], &[-1.0, 2.99], "strains");
+    }
+    let flat_high = [50.0 * std::f64::consts::PI, 50.0];
+    if let Some(mesh) = seen("obj", obj::write(&parts, "quarter").expect("a mesh"), "trimesh") {
+        assert_eq!(mesh["triangles"], 300);
+        assert_near(&mesh["high"], &[100.0, 100.0, 50.0], "corner");
+        assert_near(&serde_json::json!([mesh["area"]]), &[area], "area");
+        assert_near(&mesh["flat_high"], &flat_high, "place in the pattern, millimetres");
+    }
+    if let Some(mesh) = seen("ply", ply::write(&parts).expect("a mesh"), "trimesh") {
+        assert_eq!((&mesh["triangles"], &mesh["vertices"], &mesh["part"]), (&300.into(), &186.into(), &240.into()));
+        assert_near(&mesh["high"], &[100.0, 100.0, 50.0], "corner");
+        assert_near(&mesh["flat_high"], &flat_high, "place in the pattern, millimetres");
+        assert_near(&mesh["strain"], &[-1.0, 2.99], "strains");
+        assert_near(&serde_json::json!([mesh["normal_x"]]), &[1.0], "normals");
+    }
+    if let Some(mesh) = seen("stl", stl::write(&parts).expect("a mesh"), "trimesh") {
+        assert_eq!(mesh["triangles"], 300);
+        let close = |key: &str| mesh[key].as_f64().is_some_and(|a| (a / area - 1.0).abs() < 1e-5);
+        assert!(close("area") && close("normals"), "{mesh}");
+    }
 }
 
 #[test]

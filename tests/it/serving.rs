@@ -154,11 +154,14 @@ async fn the_command_line_writes_the_very_bytes_that_the_service_serves() {
     let address = service.post("/v1/jobs", &job).await.expect(202).header("location").unwrap().to_owned();
     let job = service.get(&format!("{address}?wait=60")).await.json();
     let results = job["results"].as_array().unwrap();
-    assert_eq!(results.len(), 6, "{job:#}");
+    assert_eq!(results.len(), 10, "{job:#}");
+    let told = String::from_utf8(ran.stdout).unwrap();
+    assert_eq!(told.lines().count(), 1, "{told}");
     for link in results {
         let href = link["href"].as_str().unwrap();
         let name = href.rsplit('/').next().unwrap();
         let served = service.get(href).await.expect(200).body;
+        assert!(told.contains(name), "{told}");
         assert!(std::fs::read(out.join(name)).unwrap() == served, "{name} differs");
     }
     let (status, _) = {
@@ -182,7 +185,9 @@ fn exit_codes_tell_what_became_of_a_run() {
     let report: Value = serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap();
     assert_eq!(report["verdict"]["result"], "unchecked");
     // The pattern breaks a limit.
-    assert_eq!(run(&cap, "limits.stretch_percent=0").0, 3);
+    let (code, text) = run(&cap, "limits.stretch_percent=0");
+    assert_eq!(code, 3);
+    assert!(text.starts_with("verdict fail: stretch_percent is ") && text.contains("(p99), the limit is 0"), "{text}");
     // The surface has faults: all of them are on standard error.
     let (code, text) = run(&bad, "flattening.seed=centre");
     let problem: Value = serde_json::from_str(&text).unwrap();

@@ -1,6 +1,6 @@
 """Opens a file that Planish wrote with a program of other people's making and prints what that program sees, as JSON.
 
-usage: check_files.py dxf|glb FILE      (exit 3 when the module that reads the form is not installed)
+usage: check_files.py dxf|glb|obj|stl|ply|csv FILE      (exit 3 when the module that reads the form is not installed)
 """
 
 import json
@@ -41,13 +41,21 @@ def glb(path):
     except ImportError:
         sys.exit(3)
     scene = trimesh.load(path, force="scene")
-    (name, mesh), = scene.geometry.items()
+    # Part and waste are two geometries over the same vertices; the part comes first.
+    geometries = list(scene.geometry.items())
+    name, mesh = geometries[0]
     bounds = scene.bounds
     uv = getattr(mesh.visual, "uv", None)
     facts = {
         "name": name,
+        "geometries": len(geometries),
         "triangles": len(mesh.faces),
+        "all_triangles": sum(len(g.faces) for _, g in geometries),
         "vertices": len(mesh.vertices),
+        "attributes": {
+            key: [float(numpy.min(value)), float(numpy.max(value))]
+            for key, value in mesh.vertex_attributes.items() if key.startswith("_")
+        },
         "low": bounds[0].tolist(),
         "high": bounds[1].tolist(),
         "area": float(mesh.area),
@@ -63,5 +71,71 @@ def glb(path):
     return facts
 
 
+def loaded(path):
+    try:
+        import trimesh
+    except ImportError:
+        sys.exit(3)
+    return trimesh.load(path, process=False, maintain_order=True)
+
+
+def facts_of(mesh):
+    return {
+        "triangles": len(mesh.faces),
+        "vertices": len(mesh.vertices),
+        "low": mesh.bounds[0].tolist(),
+        "high": mesh.bounds[1].tolist(),
+        "area": float(mesh.area),
+    }
+
+
+def obj(path):
+    mesh = loaded(path)
+    facts = facts_of(mesh)
+    uv = mesh.visual.uv
+    facts["flat_low"], facts["flat_high"] = uv.min(axis=0).tolist(), uv.max(axis=0).tolist()
+    return facts
+
+
+def stl(path):
+    mesh = loaded(path)
+    facts = facts_of(mesh)
+    # The normals of the file against those of the corners.
+    facts["normals"] = float(abs((mesh.face_normals * mesh.triangles_cross).sum(axis=1)).sum() / 2.0)
+    return facts
+
+
+def ply(path):
+    mesh = loaded(path)
+    facts = facts_of(mesh)
+    raw = mesh.metadata["_ply_raw"]
+    vertex, face = raw["vertex"]["data"], raw["face"]["data"]
+    facts["flat_low"] = [float(vertex["flat_x"].min()), float(vertex["flat_y"].min())]
+    facts["flat_high"] = [float(vertex["flat_x"].max()), float(vertex["flat_y"].max())]
+    facts["strain"] = [float(face["strain_min"].min()), float(face["strain_max"].max())]
+    facts["part"] = int(face["part"].sum())
+    facts["normal_x"] = float(vertex["nx"].max())
+    return facts
+
+
+def csv(path):
+    import csv as table
+
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(table.DictReader(file, strict=True))
+    return {
+        "rows": len(rows),
+        "columns": list(rows[0]),
+        "area_3d": sum(float(row["area_3d_mm2"]) for row in rows),
+        "area_2d": sum(float(row["area_2d_mm2"]) for row in rows),
+        "part": sum(int(row["part"]) for row in rows),
+        "strain": [
+            min(float(row["strain_min_percent"]) for row in rows),
+            max(float(row["strain_max_percent"]) for row in rows),
+        ],
+    }
+
+
 if __name__ == "__main__":
-    print(json.dumps({"dxf": dxf, "glb": glb}[sys.argv[1]](sys.argv[2]), default=str))
+    readers = {"dxf": dxf, "glb": glb, "obj": obj, "stl": stl, "ply": ply, "csv": csv}
+    print(json.dumps(readers[sys.argv[1]](sys.argv[2]), default=str))

@@ -1,6 +1,7 @@
 //! The contract as a judge: every answer of a service under test must be one that `openapi.yaml` describes.
 
 use std::collections::BTreeSet;
+use std::io::Read as _;
 use std::sync::{LazyLock, Mutex};
 
 use jsonschema::Validator;
@@ -25,6 +26,19 @@ pub(crate) struct Answer {
 impl Answer {
     pub(crate) fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap_or_else(|e| panic!("{e}: {}", self.text()))
+    }
+
+    /// The body without its content coding.
+    pub(crate) fn decoded(&self) -> Vec<u8> {
+        match self.header("content-encoding") {
+            Some("gzip") => {
+                let mut bytes = Vec::new();
+                flate2::read::GzDecoder::new(self.body.as_slice()).read_to_end(&mut bytes).expect("gzip");
+                bytes
+            }
+            Some("zstd") => zstd::stream::decode_all(self.body.as_slice()).expect("zstd"),
+            _ => self.body.clone(),
+        }
     }
 
     pub(crate) fn text(&self) -> String {
@@ -118,7 +132,8 @@ pub(crate) async fn judge(method: &Method, path: &str, response: reqwest::Respon
     let content = &contents[essence];
     assert!(content.is_object(), "{name} {status} is not to be {essence}");
     if essence.ends_with("json") {
-        validate(&content["schema"], &answer.json(), &name);
+        let body = serde_json::from_slice(&answer.decoded()).expect("JSON");
+        validate(&content["schema"], &body, &name);
     }
     if essence == "text/event-stream" {
         answer.text().split_terminator("\n\n").for_each(|event| drop(super::events::read(event)));
