@@ -40,6 +40,7 @@ pub(super) async fn flatten(
         Media::Multipart(media) => Some(parts(received.bytes.clone(), media, MAX_JOB_BYTES).await?),
         _ => None,
     };
+    let codings = unconditional(&headers);
     let sent = app
         .on_a_thread(move || {
             let sent = Sent::of(&received, form_parts)?;
@@ -57,7 +58,7 @@ pub(super) async fn flatten(
     let mut response = match job.state {
         JobState::Succeeded => {
             let standing = app.store().standing(id).await?.ok_or_else(super::jobs::absent)?;
-            answer(&app, &standing, &unconditional(&headers), ResultKind::Pattern, form).await?
+            answer(&app, &standing, &codings, ResultKind::Pattern, form).await?
         }
         JobState::Failed => failed(&job).into_response(),
         JobState::Cancelled => {
@@ -86,7 +87,7 @@ pub(super) async fn flatten(
     Ok(response)
 }
 
-/// What the answer depends on beside the form. A call that makes a job is not answered by "you have it already".
+/// The headers that the answer depends on beside the form. A call that makes a job is not answered by "you have it already".
 fn unconditional(headers: &HeaderMap) -> HeaderMap {
     let codings = headers.get_all(header::ACCEPT_ENCODING).iter();
     codings.map(|value| (header::ACCEPT_ENCODING, value.clone())).collect()

@@ -4,6 +4,7 @@
 //! the request's path as `instance`, when the answer leaves. The same layer turns error answers that were made below
 //! this service's code into problems.
 
+mod codes;
 mod finish;
 mod kinds;
 mod sources;
@@ -15,6 +16,7 @@ use serde::Serialize;
 use crate::engine::error::{Located, Place, Remedy};
 use crate::formats::faults::Fault;
 
+pub use codes::{CODES, meaning};
 pub use finish::finish;
 pub use kinds::Kind;
 pub use sources::panicked;

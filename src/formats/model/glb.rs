@@ -58,7 +58,9 @@ pub fn write(parts: &MeshParts<'_>, name: Option<&str>) -> Result<Vec<u8>, Write
     out.extend_from_slice(b"BIN\0");
     for group in &groups {
         for (_, triangle) in mesh.triangles.iter().enumerate().filter(|(t, _)| parts.is_of_part(*t) == group.of_part) {
-            triangle.iter().for_each(|index| word(&mut out, *index));
+            for index in triangle {
+                word(&mut out, *index);
+            }
         }
     }
     for p in &mesh.positions {
@@ -72,7 +74,9 @@ pub fn write(parts: &MeshParts<'_>, name: Option<&str>) -> Result<Vec<u8>, Write
             floats(&mut out, atlas.coordinate(*p));
         }
         if atlas.unreached > 0 {
-            flat.iter().for_each(|p| floats(&mut out, [f32::from(u8::from(p.is_finite()))]));
+            for p in flat {
+                floats(&mut out, [f32::from(u8::from(p.is_finite()))]);
+            }
         }
     }
     if let Some(strain) = &strain {
