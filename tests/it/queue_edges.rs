@@ -296,7 +296,8 @@ async fn r6_the_database_itself_refuses_every_edge_that_is_not_published() {
             };
             let problem = if to == State::Failed { ", problem = '{}'" } else { "" };
             let seq = store.job(id).await.unwrap().unwrap().seq;
-            let sql = format!("UPDATE jobs SET state = '{to}', {set}{problem} WHERE seq = {seq}");
+            let sql =
+                format!("UPDATE jobs SET state = '{to}', revision = revision + 1, {set}{problem} WHERE seq = {seq}");
             let outcome = sqlx::query(AssertSqlSafe(sql)).execute(&mut raw).await;
             assert_eq!(outcome.is_ok(), from.may_become(to), "{from} to {to}: {outcome:?}");
             // Out of the way of the next claim.
