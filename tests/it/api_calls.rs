@@ -343,6 +343,8 @@ async fn the_metrics_count_what_was_done_by_its_route_and_kind() {
         line.split(' ').nth(1).unwrap().parse::<f64>().unwrap()
     };
     assert!(value("planish_database_bytes") >= 4096.0);
+    // A surface, four jobs and three ends, at the least.
+    assert!(value("planish_store_write_duration_seconds_count") >= 8.0);
     assert!(value("process_start_time_seconds") > 1.7e9);
     assert!(!text.contains(&waits) && !text.contains(&surface), "an id became a label");
     runner.gate.open();
