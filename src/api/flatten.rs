@@ -17,6 +17,7 @@ use super::results::{ResultKind, answer};
 use super::surfaces::{self, Reading, SurfaceFaults};
 use crate::engine::job::JobKind;
 use crate::formats::faults::Fault;
+use crate::formats::sniff::{Sniffed, sniff};
 use crate::formats::surface_json::envelope;
 use crate::store::{Digest, Job, NewSurface, State as JobState};
 
@@ -31,11 +32,13 @@ pub(super) async fn flatten(
     body: Body,
 ) -> Result<Response, Problem> {
     app.admit()?;
-    query.only(&["format", "set", "units", "side", "wait"])?;
+    query.only(&["format", "set", "units", "side", "weld", "wait"])?;
     let form = form(&query, &headers)?;
     let wait = Wait::of(&query, &headers)?;
     let reading = Reading::of(&query)?;
-    let received = receive(app.bodies(), usize::MAX, &[Media::Json, Media::PARTS], &headers, body).await?;
+    let mut accepted = Media::SURFACES.to_vec();
+    accepted.push(Media::PARTS);
+    let received = receive(app.bodies(), usize::MAX, &accepted, &headers, body).await?;
     let form_parts = match &received.media {
         Media::Multipart(media) => Some(parts(received.bytes.clone(), media, MAX_JOB_BYTES).await?),
         _ => None,
@@ -140,7 +143,9 @@ impl Sent {
             };
             return Ok(Self { text: surface.clone(), surface, job: form.job, at: apart, faults });
         }
-        let found = envelope(body).map_err(|fault| SurfaceFaults(vec![fault]).into_problem(body))?;
+        let binary = sniff(body) == Some(Sniffed::GltfBinary);
+        let found = if binary { Ok(None) } else { envelope(body) };
+        let found = found.map_err(|fault| SurfaceFaults(vec![fault]).into_problem(body))?;
         let text = body.clone();
         let Some(found) = found else {
             return Ok(Self { surface: body.clone(), job: None, at: ["", ""], faults: Vec::new(), text });

@@ -7,12 +7,13 @@ use axum::body::Bytes;
 use clap::Args;
 use planish::api::Reading;
 use planish::engine::trimming::Side;
+use planish::formats::surface::Weld;
 use planish::formats::units::Units;
 
 /// The surface file and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct SurfaceArguments {
-    /// The surface, as trimmed-surface JSON
+    /// The surface: trimmed-surface JSON, or a mesh as .glb or as .gltf with embedded buffers
     pub(crate) surface: PathBuf,
     /// Unit of the file's lengths, before what the file says: mm, cm, m, in or ft
     #[arg(long, value_parser = word::<Units>)]
@@ -20,12 +21,15 @@ pub(crate) struct SurfaceArguments {
     /// The show side, before what the file says: normal or reversed
     #[arg(long, value_parser = word::<Side>)]
     pub(crate) side: Option<Side>,
+    /// For meshes, whether vertices at the same place become one: position (the default) or none
+    #[arg(long, value_parser = word::<Weld>)]
+    pub(crate) weld: Option<Weld>,
 }
 
 impl SurfaceArguments {
     /// How the file is read.
     pub(crate) const fn reading(&self) -> Reading {
-        Reading { units: self.units, side: self.side }
+        Reading { units: self.units, side: self.side, weld: self.weld }
     }
 
     /// The file's bytes.

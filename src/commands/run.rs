@@ -64,7 +64,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let mut labels = planish::api::labels_of(&surface.new.summary, surface.new.name.as_deref());
     labels.extend(request.labels);
     fs::create_dir_all(&arguments.out).with_context(|| format!("{} cannot be made", arguments.out.display()))?;
-    match pipeline::run(arguments.kind, &surface.trimmed, &request.options, &Unobserved) {
+    match pipeline::run(arguments.kind, surface.geometry.input(), &request.options, &Unobserved) {
         Ok(outcome) => {
             say(&write(&arguments.out, &outcome, &labels)?).context("standard output cannot be written")?;
             let verdict = outcome.report.verdict.unwrap_or_default();

@@ -1,10 +1,12 @@
-//! Bytes to geometry and back. In: trimmed-surface JSON. Out: GLB, OBJ, STL, PLY, DXF, SVG, CSV, JSON.
+//! Bytes to geometry and back. In: trimmed-surface JSON, glTF. Out: GLB, OBJ, STL, PLY, DXF, SVG, CSV, JSON.
 //!
 //! | module | what |
 //! |---|---|
 //! | [`sniff`] | what the first bytes of a body are |
 //! | [`surface_json`] | reads and writes a trimmed surface; finds all faults at once |
-//! | [`summary`] | what is said of a surface when it is sent |
+//! | [`gltf_mesh`] | reads the triangles of a glTF scene as one mesh; trusts no number in it |
+//! | [`surface`] | a surface of either kind, by its bytes |
+//! | [`summary`], [`mesh_summary`] | what is said of a surface when it is sent |
 //! | [`dxf`], [`svg`], [`pattern_json`] | a pattern to cut |
 //! | [`glb`], [`obj`], [`stl`], [`ply`], [`mesh_json`] | a mesh in space with its flattening |
 //! | [`triangles_csv`] | a mesh's triangles as a table |
@@ -16,12 +18,15 @@
 
 mod drawing;
 pub mod faults;
+pub mod gltf_mesh;
+pub mod mesh_summary;
 mod model;
 mod numbers;
 pub mod report_json;
 pub mod sniff;
 pub mod stored;
 pub mod summary;
+pub mod surface;
 pub mod surface_json;
 pub mod units;
 

@@ -19,6 +19,8 @@ use crate::engine::trimming::{Side, TrimWarning};
 pub enum SurfaceKind {
     /// A trimmed NURBS surface.
     TrimmedSurface,
+    /// A triangle mesh.
+    Mesh,
 }
 
 /// What an edge of the domain is in space.
@@ -128,11 +130,7 @@ pub fn summarise(read: &ReadSurface) -> Summary {
         }
     };
     let diagonal_mm = low.distance(high);
-    if !(SMALL_MM..=LARGE_MM).contains(&diagonal_mm) {
-        let (size, unit) = if diagonal_mm > LARGE_MM { (diagonal_mm * 1e-3, "m") } else { (diagonal_mm, "mm") };
-        let said = read.units.symbol();
-        warn("unusual-size", format!("taken in {said}, the part's diagonal is {size:.4} {unit}: check the units"));
-    }
+    warnings.extend(unusual_size(diagonal_mm, read.units));
     Summary {
         name: read.name.clone(),
         kind: SurfaceKind::TrimmedSurface,
@@ -152,6 +150,17 @@ pub fn summarise(read: &ReadSurface) -> Summary {
         warnings,
         inferred: read.inferred.clone(),
     }
+}
+
+/// A warning when a part is larger or smaller than parts are: the units may be wrong.
+pub(super) fn unusual_size(diagonal_mm: f64, units: Units) -> Option<SurfaceWarning> {
+    if (SMALL_MM..=LARGE_MM).contains(&diagonal_mm) {
+        return None;
+    }
+    let (size, unit) = if diagonal_mm > LARGE_MM { (diagonal_mm * 1e-3, "m") } else { (diagonal_mm, "mm") };
+    let said = units.symbol();
+    let detail = format!("taken in {said}, the part's diagonal is {size:.4} {unit}: check the units");
+    Some(SurfaceWarning { code: "unusual-size".to_owned(), detail, place: None })
 }
 
 /// Spans of the domain that are not empty.

@@ -8,9 +8,7 @@ use crate::engine::distortion::VerdictResult;
 use crate::engine::error::{EngineError, Located};
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::pipeline::{self, Failure, Outcome};
-use crate::engine::trimming::Side;
-use crate::formats::surface_json::{self, ReadOptions};
-use crate::formats::units::Units;
+use crate::formats::surface::{self, Reading};
 use crate::formats::{MeshParts, report_json, stored};
 use crate::store::NewResult;
 
@@ -24,10 +22,12 @@ impl Runner for EngineRunner {
             serde_json::from_value(json!(task.kind)).map_err(|e| unreadable("kind of work", &e.to_string()))?;
         let options: JobOptions = serde_json::from_value(task.parameters.clone())
             .map_err(|e| unreadable("job's parameters", &e.to_string()))?;
-        let read = surface_json::read(&task.content, &read_options(&task.surface.reading)?).map_err(|faults| {
+        let reading: Reading = serde_json::from_value(task.surface.reading.clone())
+            .map_err(|e| unreadable("surface's reading", &e.to_string()))?;
+        let geometry = surface::geometry(&task.content, reading).map_err(|faults| {
             unreadable("surface", &faults.first().map_or_else(String::new, |f| format!("{} {}", f.pointer, f.detail)))
         })?;
-        match pipeline::run(kind, &read.trimmed, &options, observer) {
+        match pipeline::run(kind, geometry.input(), &options, observer) {
             Ok(outcome) => Ok(Finished {
                 verdict: outcome.report.verdict.as_ref().map(|v| verdict(v.result).to_owned()),
                 parameters: serde_json::to_value(&outcome.options).ok(),
@@ -36,15 +36,6 @@ impl Runner for EngineRunner {
             Err(failure) => Err(failed(&failure)),
         }
     }
-}
-
-/// How the surface is to be read, as it was stored with it.
-fn read_options(reading: &Value) -> Result<ReadOptions, Failed> {
-    let units: Option<Units> = serde_json::from_value(reading.get("units").cloned().unwrap_or_default())
-        .map_err(|e| unreadable("surface's units", &e.to_string()))?;
-    let side: Option<Side> = serde_json::from_value(reading.get("side").cloned().unwrap_or_default())
-        .map_err(|e| unreadable("surface's side", &e.to_string()))?;
-    Ok(ReadOptions { units, side, ..ReadOptions::default() })
 }
 
 const fn verdict(result: VerdictResult) -> &'static str {

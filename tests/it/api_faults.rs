@@ -138,7 +138,8 @@ async fn bodies_of_other_types_and_lengths_are_refused() {
         assert_eq!(coded.header("accept-encoding"), Some("gzip, zstd"));
         coded.problem("unsupported-media-type");
         typed("Content-Encoding", "gzip").await.expect(400).problem("bad-request");
-        live.post_bytes(path, "glTF\u{2}").await.expect(415);
+        let cut_off = if path == "/v1/jobs" { 415 } else { 422 };
+        live.post_bytes(path, "glTF\u{2}").await.expect(cut_off);
         live.post_bytes(path, "").await.expect(415);
         // One with its length announced, one that turns out too long.
         let long = format!("{{{}}}", " ".repeat(1 << 20));

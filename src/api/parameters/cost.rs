@@ -19,6 +19,8 @@ pub struct PartSize {
     pub diagonal: Option<f64>,
     /// Area, mm^2.
     pub area: Option<f64>,
+    /// Triangles of a mesh, which is worked on as it is.
+    pub triangles: Option<u64>,
 }
 
 impl PartSize {
@@ -26,17 +28,19 @@ impl PartSize {
     #[must_use]
     pub fn of(summary: &Value) -> Self {
         let number = |name: &str| summary.get(name).and_then(Value::as_f64);
-        Self { diagonal: number("diagonal_mm"), area: number("area_mm2") }
+        let triangles = summary.get("triangles").and_then(Value::as_u64);
+        Self { diagonal: number("diagonal_mm"), area: number("area_mm2"), triangles }
     }
 }
 
 /// The estimate, in triangle visits: triangles times seeds tried.
 #[must_use]
 pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
-    let triangles = match (options.triangulation.grid, options.triangulation.tolerance) {
-        (Some(grid), _) => grid_triangles(grid),
-        (None, Some(density)) => by_tolerance(density, size),
-        (None, None) => CADER_TRIANGLES.1,
+    let triangles = match (size.triangles, options.triangulation.grid, options.triangulation.tolerance) {
+        (Some(triangles), ..) => triangles,
+        (None, Some(grid), _) => grid_triangles(grid),
+        (None, None, Some(density)) => by_tolerance(density, size),
+        (None, None, None) => CADER_TRIANGLES.1,
     };
     let searched = match options.flattening.seed {
         Some(SeedChoice::Optimum) => true,
@@ -72,6 +76,8 @@ mod tests {
         assert_eq!(cost(JobKind::Flatten, &options, size), 40_000);
         options.flattening.seed = Some(SeedChoice::Centre);
         assert_eq!(cost(JobKind::Flatten, &options, size), 200);
+        let mesh = PartSize { triangles: Some(30), ..size };
+        assert_eq!(cost(JobKind::Triangulate, &options, mesh), 30, "a mesh has the triangles it has");
         options.flattening.seed = None;
         options.triangulation.grid = Some([101, 101]);
         assert_eq!(cost(JobKind::Flatten, &options, size), 20_000);
@@ -80,7 +86,7 @@ mod tests {
     #[test]
     fn a_fine_tolerance_is_a_large_job_on_any_size_of_part() {
         let mut options = JobOptions::default();
-        let size = PartSize { diagonal: Some(1000.0), area: Some(1e5) };
+        let size = PartSize { diagonal: Some(1000.0), area: Some(1e5), triangles: None };
         for (density, least) in [
             (Density::ChordRelative(1e-6), 4_000_000),
             (Density::Chord(1e-3), 4_000_000),

@@ -109,7 +109,7 @@ pub(crate) async fn receive(
         }
     }
     let media = match told {
-        Some(media) => media,
+        Some(media) => as_told(media, &bytes, accepted)?,
         None => recognised(&bytes, accepted)?,
     };
     Ok(Received { bytes: bytes.into(), media, _memory: memory })
@@ -154,6 +154,8 @@ pub(crate) enum Media {
     Json,
     /// glTF binary.
     GltfBinary,
+    /// glTF as JSON.
+    GltfJson,
     /// Parts, as a form sends them; the whole type, which has the boundary between them.
     Multipart(HeaderValue),
 }
@@ -162,10 +164,14 @@ impl Media {
     /// Parts, where it does not matter what stands between them: for lists of what is accepted.
     pub(crate) const PARTS: Self = Self::Multipart(HeaderValue::from_static("multipart/form-data"));
 
+    /// The types of a surface.
+    pub(crate) const SURFACES: [Self; 3] = [Self::Json, Self::GltfBinary, Self::GltfJson];
+
     const fn name(&self) -> &'static str {
         match self {
             Self::Json => "application/json",
             Self::GltfBinary => "model/gltf-binary",
+            Self::GltfJson => "model/gltf+json",
             Self::Multipart(_) => "multipart/form-data",
         }
     }
@@ -183,6 +189,7 @@ fn told(headers: &HeaderMap, accepted: &[Media]) -> Result<Option<Media>, Proble
     let media = match essence.as_str() {
         "application/json" | "text/json" => Media::Json,
         "model/gltf-binary" => Media::GltfBinary,
+        "model/gltf+json" => Media::GltfJson,
         "multipart/form-data" => Media::Multipart(value.clone()),
         "" | "application/x-www-form-urlencoded" | "application/octet-stream" => return Ok(None),
         other => return Err(unsupported(&format!("The body is said to be {}.", other.escape_default()), accepted)),
@@ -191,6 +198,20 @@ fn told(headers: &HeaderMap, accepted: &[Media]) -> Result<Option<Media>, Proble
         return Ok(Some(media));
     }
     Err(unsupported(&format!("The body is said to be {essence}, which is not read here."), accepted))
+}
+
+/// What the body is said to be, unless its first bytes say otherwise.
+fn as_told(media: Media, bytes: &[u8], accepted: &[Media]) -> Result<Media, Problem> {
+    let binary = sniff(bytes) == Some(Sniffed::GltfBinary);
+    match media {
+        Media::Json | Media::GltfJson if binary => {
+            Err(unsupported("The body is said to be JSON, and is glTF binary by its first bytes.", accepted))
+        }
+        Media::GltfBinary if !binary => {
+            Err(unsupported("The body is said to be glTF binary and does not begin with `glTF`.", accepted))
+        }
+        media => Ok(media),
+    }
 }
 
 /// What the body is by its first bytes.

@@ -9,6 +9,7 @@ use crate::api::App;
 use crate::api::answer::{Tag, disposition};
 use crate::api::problem::Problem;
 use crate::api::request::Query;
+use crate::formats::surface::Media;
 
 /// The bytes.
 pub(crate) async fn content(
@@ -31,7 +32,7 @@ pub(crate) async fn content(
         (header::CONTENT_TYPE, media),
         (header::ETAG, tag.header()),
         (header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache")),
-        (header::CONTENT_DISPOSITION, disposition(stem, "surface", "json", true)),
+        (header::CONTENT_DISPOSITION, disposition(stem, "surface", Media::suffix(&surface.media), true)),
     ];
     Ok((headers, bytes).into_response())
 }

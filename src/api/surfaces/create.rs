@@ -19,9 +19,9 @@ pub(crate) async fn create(
     body: Body,
 ) -> Result<Response, Problem> {
     app.admit()?;
-    query.only(&["units", "side"])?;
+    query.only(&["units", "side", "weld"])?;
     let reading = Reading::of(&query)?;
-    let received = receive(app.bodies(), usize::MAX, &[Media::Json], &headers, body).await?;
+    let received = receive(app.bodies(), usize::MAX, &Media::SURFACES, &headers, body).await?;
     let new = app
         .on_a_thread(move || {
             let bytes = received.bytes.clone();

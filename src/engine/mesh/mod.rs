@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+pub mod assembly;
 mod fault;
 pub mod invariants;
 pub mod measures;

@@ -44,6 +44,32 @@ pub fn envelope(bytes: &[u8]) -> Result<Option<Envelope>, Fault> {
     Ok(found.surface.is_some().then_some(found))
 }
 
+/// Whether a JSON text is glTF: among its fields `asset` comes before any that a trimmed surface must have.
+#[must_use]
+pub fn is_gltf(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
+    let Ok(text) = std::str::from_utf8(text) else { return false };
+    has_asset(text).unwrap_or(false)
+}
+
+fn has_asset(text: &str) -> Result<bool, SyntaxError> {
+    let mut json = JsonText::new(text);
+    if json.kind()? != Kind::Object {
+        return Ok(false);
+    }
+    json.enter_object()?;
+    let mut first = true;
+    while let Some(name) = json.next_field(first)? {
+        first = false;
+        match &*name {
+            "asset" => return Ok(true),
+            "degree_u" | "degree_v" | "knots_u" | "knots_v" | "control_points" | "surface" => return Ok(false),
+            _ => json.skip()?,
+        }
+    }
+    Ok(false)
+}
+
 fn parts(text: &str) -> Result<Envelope, SyntaxError> {
     let mut found = Envelope::default();
     let mut json = JsonText::new(text);

@@ -14,7 +14,7 @@ mod write;
 
 use std::collections::BTreeMap;
 
-pub use envelope::{Envelope, envelope};
+pub use envelope::{Envelope, envelope, is_gltf};
 pub use limits::{MAX_LABEL_NAME, MAX_LABELS, MAX_TEXT, ReadLimits};
 pub use write::write;
 
