@@ -114,7 +114,7 @@ async fn one_call_knows_a_mesh_by_its_first_bytes() {
     let answer = live
         .send(Method::POST, "/v1/surfaces", |r| r.header("Content-Type", "model/gltf+json").body(text.to_string()))
         .await
-        .expect(201)
+        .expect(200)
         .json();
     assert_eq!(answer["media_type"], "model/gltf+json");
 }

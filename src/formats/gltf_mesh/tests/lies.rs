@@ -313,7 +313,8 @@ proptest! {
         for (index, value) in changes {
             let mut all = Vec::new();
             leaves(&file.json, "", &mut all);
-            set(&mut file.json, index.get(&all), value);
+            let at = &all[index.index(all.len())];
+            set(&mut file.json, at, value);
         }
         let bytes = if embedded { file.gltf() } else { file.glb() };
         if let Err(faults) = read(&bytes, &ReadOptions::default()) {
