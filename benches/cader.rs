@@ -70,7 +70,7 @@ fn main() {
             .map(|_| {
                 let start = Instant::now();
                 let found = pool.install(|| search(&mesh, &topology, &SearchSettings::default(), &Unobserved)).unwrap();
-                best_seed = found.best;
+                best_seed = found.best.unwrap().seed;
                 start.elapsed().as_secs_f64()
             })
             .fold(f64::INFINITY, f64::min);

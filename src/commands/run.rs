@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use anyhow::{Context as _, bail};
 use axum::body::Bytes;
@@ -10,12 +12,12 @@ use clap::Args;
 use planish::api::parameters::{self, JobRequest};
 use planish::api::problem::{Kind, Problem};
 use planish::api::{CheckedSurface, Form, NAME, ResultKind, Source, render};
-use planish::engine::budget::Unobserved;
+use planish::engine::budget::{Observer, Stage};
 use planish::engine::distortion::{Verdict, VerdictResult};
 use planish::engine::job::{JobKind, Labels};
 use planish::engine::pipeline::{self, Outcome};
 use planish::formats::stored::{encode_mesh, encode_pattern};
-use planish::formats::{MeshParts, report_json};
+use planish::formats::{MeshParts, report_json, seeds};
 use serde_json::{Value, json};
 
 use super::input::{SurfaceArguments, file};
@@ -24,7 +26,7 @@ use super::{FAILED, USAGE, VERDICT_FAIL, complain, complain_of, say};
 /// What `run` takes.
 #[derive(Debug, Args)]
 pub(crate) struct RunArguments {
-    /// The kind of work: triangulate or flatten
+    /// The kind of work: triangulate, flatten or optimum-seed-search
     #[arg(value_parser = kind)]
     kind: JobKind,
     #[command(flatten)]
@@ -38,6 +40,29 @@ pub(crate) struct RunArguments {
     /// Folder for the report and every form of the results; made if it is not there
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+}
+
+/// Tells a search when its budget is spent.
+struct Watch(Mutex<(Option<Stage>, Instant)>);
+
+impl Watch {
+    fn new() -> Self {
+        Self(Mutex::new((None, Instant::now())))
+    }
+}
+
+impl Observer for Watch {
+    fn enter(&self, stage: Stage) {
+        let mut now = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // Further pieces are searched in what the first one has left of the time.
+        if now.0 != Some(Stage::SeedSearch) && stage == Stage::SeedSearch {
+            *now = (Some(stage), Instant::now());
+        }
+    }
+
+    fn out_of_time(&self, budget_s: f64) -> bool {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).1.elapsed().as_secs_f64() >= budget_s
+    }
 }
 
 fn kind(text: &str) -> Result<JobKind, String> {
@@ -64,7 +89,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let mut labels = planish::api::labels_of(&surface.new.summary, surface.new.name.as_deref());
     labels.extend(request.labels);
     fs::create_dir_all(&arguments.out).with_context(|| format!("{} cannot be made", arguments.out.display()))?;
-    match pipeline::run(arguments.kind, surface.geometry.input(), &request.options, &Unobserved) {
+    match pipeline::run(arguments.kind, surface.geometry.input(), &request.options, &Watch::new()) {
         Ok(outcome) => {
             say(&write(&arguments.out, &outcome, &labels)?).context("standard output cannot be written")?;
             let verdict = outcome.report.verdict.unwrap_or_default();
@@ -102,6 +127,7 @@ fn request(arguments: &RunArguments, surface: &CheckedSurface) -> anyhow::Result
     if request.kind.is_some_and(|kind| kind != arguments.kind) {
         bail!("the job's file names another kind of work than the command line");
     }
+    faults.extend(parameters::check_kind(arguments.kind, &request.options));
     faults.extend(parameters::check(&request.options, planish::api::domain_of(&surface.new.summary)));
     if faults.is_empty() {
         return Ok(Ok(request));
@@ -123,6 +149,7 @@ fn write(folder: &Path, outcome: &Outcome, labels: &Labels) -> anyhow::Result<St
     let mesh = encode_mesh(&MeshParts::from(outcome));
     let mut stored = vec![(ResultKind::Report, Bytes::from(report)), (ResultKind::Mesh, Bytes::from(mesh))];
     stored.extend(outcome.pattern.as_ref().map(|pattern| (ResultKind::Pattern, Bytes::from(encode_pattern(pattern)))));
+    stored.extend(outcome.seeds.as_ref().map(|found| (ResultKind::Seeds, Bytes::from(seeds::encode(found)))));
     let mut files = Vec::new();
     for (kind, _) in &stored {
         for form in kind.forms() {

@@ -43,6 +43,11 @@ pub trait Observer: Sync {
     fn enter(&self, _stage: Stage) {}
     /// Fraction of the present stage that is done, in [0, 1].
     fn progress(&self, _fraction: f64) {}
+    /// True when the present stage has taken so many seconds, all its entries together. The engine has no clock; an
+    /// observer without one never says so.
+    fn out_of_time(&self, _budget_s: f64) -> bool {
+        false
+    }
     /// True when the work is no longer wanted.
     fn is_cancelled(&self) -> bool {
         false

@@ -17,6 +17,23 @@ pub enum JobKind {
     Triangulate,
     /// A mesh, its flattening, and the pattern.
     Flatten,
+    /// Every seed of the mesh run to its end (thesis 4.4.4), and the flattening from the best.
+    OptimumSeedSearch,
+}
+
+impl JobKind {
+    /// All kinds.
+    pub const ALL: [Self; 3] = [Self::Triangulate, Self::Flatten, Self::OptimumSeedSearch];
+
+    /// The kind's name, as in a job's `kind`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Triangulate => "triangulate",
+            Self::Flatten => "flatten",
+            Self::OptimumSeedSearch => "optimum-seed-search",
+        }
+    }
 }
 
 /// What a seed search minimises.
@@ -30,12 +47,37 @@ pub enum SearchMeasure {
     Shape,
 }
 
-/// The `search` object of a job.
+impl SearchMeasure {
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Area => "area",
+            Self::Shape => "shape",
+        }
+    }
+}
+
+/// Which seeds a search tries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchStrategy {
+    /// All of them.
+    #[default]
+    Exhaustive,
+}
+
+/// The `search` object of a job.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SearchOptions {
     /// What is minimised.
     pub measure: SearchMeasure,
+    /// Which seeds are tried.
+    pub strategy: SearchStrategy,
+    /// How long the search may take, seconds: then the best so far is taken. Absent: as long as it takes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget_s: Option<f64>,
 }
 
 /// The parameters of a job: everything but its kind, surface and labels.

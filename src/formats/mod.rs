@@ -11,6 +11,7 @@
 //! | [`glb`], [`obj`], [`stl`], [`ply`], [`mesh_json`] | a mesh in space with its flattening |
 //! | [`triangles_csv`] | a mesh's triangles as a table |
 //! | [`report_json`] | the report |
+//! | [`seeds`] | what became of each seed of a search |
 //! | [`stored`] | mesh and pattern as they are kept, exact to the bit |
 //!
 //! Every writer is a pure function from values to bytes: the same values give the same bytes. A number that is not
@@ -23,6 +24,7 @@ pub mod mesh_summary;
 mod model;
 mod numbers;
 pub mod report_json;
+pub mod seeds;
 pub mod sniff;
 pub mod stored;
 pub mod summary;

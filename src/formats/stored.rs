@@ -225,16 +225,16 @@ pub fn decode_pattern(bytes: &[u8]) -> Result<Pattern, StoredError> {
     if read.rest.is_empty() { Ok(pattern) } else { Err(damaged("bytes are left over")) }
 }
 
-const fn damaged(detail: &'static str) -> StoredError {
+pub(super) const fn damaged(detail: &'static str) -> StoredError {
     StoredError::Damaged { detail }
 }
 
-struct Reader<'a> {
-    rest: &'a [u8],
+pub(super) struct Reader<'a> {
+    pub(super) rest: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
-    fn open(bytes: &'a [u8], magic: [u8; 4], what: &'static str, newest: u32) -> Result<Self, StoredError> {
+    pub(super) fn open(bytes: &'a [u8], magic: [u8; 4], what: &'static str, newest: u32) -> Result<Self, StoredError> {
         let rest = bytes.strip_prefix(&magic).ok_or(StoredError::Magic { what })?;
         let mut read = Self { rest };
         let found = read.u32()?;
@@ -253,7 +253,7 @@ impl<'a> Reader<'a> {
         Ok(*taken)
     }
 
-    fn u32(&mut self) -> Result<u32, StoredError> {
+    pub(super) fn u32(&mut self) -> Result<u32, StoredError> {
         self.array().map(u32::from_le_bytes)
     }
 
@@ -261,12 +261,12 @@ impl<'a> Reader<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
-    fn f64(&mut self) -> Result<f64, StoredError> {
+    pub(super) fn f64(&mut self) -> Result<f64, StoredError> {
         self.array().map(f64::from_le_bytes)
     }
 
     /// A count of things that take at least `least` bytes each: no more than there are bytes for.
-    fn count(&mut self, least: usize) -> Result<usize, StoredError> {
+    pub(super) fn count(&mut self, least: usize) -> Result<usize, StoredError> {
         let count = self.u64()?;
         if count > (self.rest.len() / least) as u64 {
             return Err(damaged("a count is larger than what follows"));

@@ -8,6 +8,7 @@ use crate::engine::distortion::VerdictResult;
 use crate::engine::error::{EngineError, Located};
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::pipeline::{self, Failure, Outcome};
+use crate::formats::seeds;
 use crate::formats::surface::{self, Reading};
 use crate::formats::{MeshParts, report_json, stored};
 use crate::store::NewResult;
@@ -52,6 +53,9 @@ fn results(outcome: &Outcome) -> Result<Vec<NewResult>, String> {
     let report = report_json::write(&outcome.report).map_err(|e| e.to_string())?;
     let mut results =
         vec![NewResult::new("mesh", stored::MESH_MEDIA, mesh), NewResult::new("report", "application/json", report)];
+    if let Some(seeds) = &outcome.seeds {
+        results.push(NewResult::new("seeds", seeds::MEDIA, seeds::encode(seeds)));
+    }
     if let Some(pattern) = &outcome.pattern {
         results.push(NewResult::new("pattern", stored::PATTERN_MEDIA, stored::encode_pattern(pattern)));
     }

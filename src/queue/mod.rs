@@ -283,7 +283,7 @@ impl Shared {
     /// Enters an attempt into the list of those that run; dropping the entry takes it out.
     fn register(self: &Arc<Self>, claim: Claim, monitor: Arc<Monitor>) -> Entry {
         let number = self.numbers.fetch_add(1, Ordering::Relaxed);
-        let written = Progress { fraction: 0.0, stage: None };
+        let written = Progress { fraction: 0.0, stage: None, remaining_ms: None };
         let now = Instant::now();
         // The first progress is written at once: a job that takes long says so early.
         let written_at = now.checked_sub(self.settings.progress_every).unwrap_or(now);

@@ -28,9 +28,19 @@ pub(super) enum Stop {
 pub(super) struct Monitor {
     stop: AtomicU8,
     fraction: AtomicU64,
+    /// Estimated milliseconds that the present stage will take yet; [`UNKNOWN`] where there is no saying.
+    remaining_ms: AtomicU64,
+    /// Seconds that the present stage may take, as bits; infinite where there is no limit.
+    budget_s: AtomicU64,
     laps: Mutex<Laps>,
     clock: Clock,
 }
+
+/// No estimate.
+const UNKNOWN: u64 = u64::MAX;
+
+/// Longest estimate that is given, milliseconds: some thirty years are as good as never.
+const LONGEST_ESTIMATE: f64 = 1e12;
 
 #[derive(Debug, Default)]
 struct Laps {
@@ -53,7 +63,14 @@ impl Laps {
 
 impl Monitor {
     pub(super) fn new(clock: Clock) -> Self {
-        Self { stop: AtomicU8::new(0), fraction: AtomicU64::new(0), laps: Mutex::default(), clock }
+        Self {
+            stop: AtomicU8::new(0),
+            fraction: AtomicU64::new(0),
+            remaining_ms: AtomicU64::new(UNKNOWN),
+            budget_s: AtomicU64::new(f64::INFINITY.to_bits()),
+            laps: Mutex::default(),
+            clock,
+        }
     }
 
     /// Asks the attempt to stop, unless it was asked before.
@@ -76,7 +93,12 @@ impl Monitor {
     pub(super) fn progress(&self) -> Progress {
         let stage = self.laps().present.map(|(stage, _)| stage.name());
         let fraction = f64::from_bits(self.fraction.load(Ordering::Relaxed));
-        Progress { fraction: if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 }, stage }
+        let remaining = self.remaining_ms.load(Ordering::Relaxed);
+        Progress {
+            fraction: if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 },
+            stage,
+            remaining_ms: (remaining != UNKNOWN).then_some(remaining),
+        }
     }
 
     /// Ends the present stage and gives `timings_ms`: the stages that ran, the wait before, and all together.
@@ -105,11 +127,31 @@ impl Observer for Monitor {
         let mut laps = self.laps();
         laps.close(now);
         laps.present = Some((stage, now));
+        drop(laps);
         self.fraction.store(0, Ordering::Relaxed);
+        self.remaining_ms.store(UNKNOWN, Ordering::Relaxed);
+        self.budget_s.store(f64::INFINITY.to_bits(), Ordering::Relaxed);
     }
 
     fn progress(&self, fraction: f64) {
         self.fraction.store(fraction.to_bits(), Ordering::Relaxed);
+        let now = self.clock.steady_us();
+        let Some(took_us) = self.laps().present.map(|(_, since)| (now - since).max(0)) else { return };
+        let took_ms = took_us as f64 / 1e3;
+        // As fast as so far, but no longer than the budget.
+        let budget_ms = 1e3 * f64::from_bits(self.budget_s.load(Ordering::Relaxed)) - took_ms;
+        let estimate = (took_ms * (1.0 - fraction) / fraction).min(budget_ms).max(0.0);
+        let known = fraction > 0.0 && fraction <= 1.0 && estimate <= LONGEST_ESTIMATE;
+        self.remaining_ms.store(if known { estimate as u64 } else { UNKNOWN }, Ordering::Relaxed);
+    }
+
+    fn out_of_time(&self, budget_s: f64) -> bool {
+        self.budget_s.store(budget_s.to_bits(), Ordering::Relaxed);
+        let now = self.clock.steady_us();
+        let laps = self.laps();
+        let Some((stage, since)) = laps.present else { return false };
+        let before = laps.done.iter().find(|(known, _)| *known == stage).map_or(0, |(_, us)| *us);
+        (before + now - since) as f64 >= 1e6 * budget_s
     }
 
     fn is_cancelled(&self) -> bool {
@@ -136,6 +178,28 @@ mod tests {
     }
 
     #[test]
+    fn what_is_left_is_estimated_from_what_was_done_and_is_no_more_than_the_budget() {
+        let (clock, hand) = Clock::fake(0);
+        let monitor = Monitor::new(clock);
+        monitor.enter(Stage::SeedSearch);
+        assert_eq!(monitor.progress().remaining_ms, None);
+        hand.advance(Duration::from_secs(2));
+        Observer::progress(&monitor, 0.25);
+        assert_eq!(monitor.progress().remaining_ms, Some(6000));
+        assert!(!monitor.out_of_time(5.0) && monitor.out_of_time(2.0) && !monitor.out_of_time(5.0));
+        Observer::progress(&monitor, 0.25);
+        assert_eq!(monitor.progress().remaining_ms, Some(3000));
+        // The stage comes again for another piece: its time counts on.
+        monitor.enter(Stage::Flattening);
+        hand.advance(Duration::from_secs(9));
+        monitor.enter(Stage::SeedSearch);
+        assert_eq!(monitor.progress().remaining_ms, None);
+        assert!(!monitor.out_of_time(5.0));
+        hand.advance(Duration::from_secs(3));
+        assert!(monitor.out_of_time(5.0));
+    }
+
+    #[test]
     fn the_first_reason_to_stop_stands() {
         let monitor = Monitor::new(Clock::system());
         assert!(!monitor.is_cancelled());
@@ -151,7 +215,8 @@ mod tests {
         monitor.enter(Stage::Pattern);
         for (told, read) in [(f64::NAN, 0.0), (f64::INFINITY, 0.0), (1.5, 1.0), (-1.0, 0.0), (0.25, 0.25)] {
             Observer::progress(&monitor, told);
-            assert_eq!(monitor.progress(), Progress { fraction: read, stage: Some("pattern") });
+            let told = monitor.progress();
+            assert_eq!((told.fraction, told.stage), (read, Some("pattern")));
         }
     }
 }

@@ -71,7 +71,7 @@ const END: &str = concat!(
      problem = CASE WHEN cancel_requested THEN NULL ELSE ?5 END, \
      verdict = CASE WHEN cancel_requested THEN NULL ELSE ?6 END, \
      resolved = coalesce(?7, resolved), timings = coalesce(?8, timings), \
-     progress = CASE WHEN cancel_requested OR ?4 <> 'succeeded' THEN progress ELSE 1 END, \
+     progress = CASE WHEN cancel_requested OR ?4 <> 'succeeded' THEN progress ELSE 1 END, remaining_ms = NULL, \
      boot = NULL, lease_token = NULL, lease_until_us = NULL, needs_surface = NULL, \
      finished_us = ?9, end_seq = ?10, revision = revision + 1 \
      WHERE id = ?1 AND attempt = ?2 AND lease_token = ?3 AND state = 'running'",

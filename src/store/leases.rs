@@ -60,6 +60,8 @@ pub struct Progress {
     pub fraction: f64,
     /// The stage.
     pub stage: Option<&'static str>,
+    /// Estimate of what the stage will take yet, milliseconds.
+    pub remaining_ms: Option<u64>,
 }
 
 /// Which running jobs are taken from their workers.
@@ -87,7 +89,7 @@ macro_rules! claim {
     ($waiting:literal) => {
         concat!(
             "UPDATE jobs SET state = 'running', attempt = attempt + 1, boot = ?1, lease_token = ?2, lease_until_us = ?3, \
-             started_us = ?4, progress = 0, stage = NULL, revision = revision + 1 WHERE state = 'queued' AND seq = (",
+             started_us = ?4, progress = 0, stage = NULL, remaining_ms = NULL, revision = revision + 1 WHERE state = 'queued' AND seq = (",
             $waiting,
             ")",
             returning_job!()
@@ -105,13 +107,13 @@ pub(super) const CLAIM_ANY: &str = claim!(
 const RENEW: &str = "UPDATE jobs SET lease_until_us = ?4 \
      WHERE id = ?1 AND attempt = ?2 AND lease_token = ?3 AND state = 'running'";
 const PROGRESS: &str = concat!(
-    "UPDATE jobs SET progress = ?4, stage = ?5, revision = revision + 1 \
+    "UPDATE jobs SET progress = ?4, stage = ?5, remaining_ms = ?6, revision = revision + 1 \
      WHERE id = ?1 AND attempt = ?2 AND lease_token = ?3 AND state = 'running'",
     returning_job!()
 );
 const GIVE_BACK: &str = concat!(
     "UPDATE jobs SET state = 'queued', attempt = attempt - ?4, crashes = crashes + ?5, boot = NULL, lease_token = NULL, \
-     lease_until_us = NULL, progress = 0, stage = NULL, revision = revision + 1 \
+     lease_until_us = NULL, progress = 0, stage = NULL, remaining_ms = NULL, revision = revision + 1 \
      WHERE id = ?1 AND attempt = ?2 AND lease_token = ?3 AND state = 'running' AND cancel_requested = 0",
     returning_job!()
 );
@@ -173,6 +175,7 @@ impl Store {
                             .bind(claim.token.as_bytes().as_slice())
                             .bind(progress.fraction.clamp(0.0, 1.0))
                             .bind(progress.stage)
+                            .bind(progress.remaining_ms.map(|ms| i64::try_from(ms).unwrap_or(i64::MAX)))
                             .fetch_optional(&mut *tx)
                             .await?;
                         changes.extend(row.as_ref().map(job).transpose()?.map(|job| job.change()));

@@ -11,6 +11,7 @@ use super::StoreError;
 const MIGRATIONS: &[(i64, &str, &str)] = &[
     (1, "start", include_str!("../../migrations/0001_start.sql")),
     (2, "job_events", include_str!("../../migrations/0002_job_events.sql")),
+    (3, "remaining", include_str!("../../migrations/0003_remaining.sql")),
 ];
 
 /// Brings the database to the newest schema.

@@ -107,6 +107,8 @@ pub struct Job {
     pub progress: f64,
     /// The stage it is in.
     pub stage: Option<String>,
+    /// Estimate of what the stage will take yet, milliseconds, while it runs.
+    pub remaining_ms: Option<u64>,
     /// Why it failed.
     pub problem: Option<Value>,
     /// What its limits say of the result.
@@ -165,7 +167,7 @@ pub struct Lasted {
 macro_rules! job_columns {
     () => {
         "jobs.seq, jobs.id, jobs.kind, jobs.surface, jobs.parameters, jobs.resolved, jobs.labels, jobs.cost, jobs.lane, \
-         jobs.state, jobs.attempt, jobs.cancel_requested, jobs.progress, jobs.stage, jobs.problem, jobs.verdict, \
+         jobs.state, jobs.attempt, jobs.cancel_requested, jobs.progress, jobs.stage, jobs.remaining_ms, jobs.problem, jobs.verdict, \
          jobs.timings, jobs.created_us, jobs.started_us, jobs.finished_us, jobs.end_seq, jobs.revision"
     };
 }
@@ -175,7 +177,7 @@ pub(super) use job_columns;
 macro_rules! returning_job {
     () => {
         " RETURNING seq, id, kind, surface, parameters, resolved, labels, cost, lane, state, attempt, cancel_requested, \
-         progress, stage, problem, verdict, timings, created_us, started_us, finished_us, end_seq, revision"
+         progress, stage, remaining_ms, problem, verdict, timings, created_us, started_us, finished_us, end_seq, revision"
     };
 }
 pub(super) use returning_job;
@@ -203,6 +205,7 @@ pub(super) fn job(row: &SqliteRow) -> Result<Job, StoreError> {
         cancel_requested: row.try_get("cancel_requested")?,
         progress: row.try_get("progress")?,
         stage: row.try_get("stage")?,
+        remaining_ms: row.try_get::<Option<i64>, _>("remaining_ms")?.map(i64::unsigned_abs),
         problem: json("problem")?,
         verdict: row.try_get("verdict")?,
         timings: json("timings")?,

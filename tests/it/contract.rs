@@ -111,6 +111,14 @@ async fn every_documented_call_answers_as_documented() {
     for result in ["mesh", "pattern", "report"] {
         live.get(&format!("/v1/jobs/{job}/{result}")).await.expect(200);
     }
+    let search = live.job(&json!({ "kind": "optimum-seed-search", "surface": surface })).await;
+    let document = live.ended(&search).await;
+    let links = document["results"].as_array().unwrap().iter().filter(|link| link["rel"] == "seeds");
+    let links: Vec<&str> = links.map(|link| link["href"].as_str().unwrap()).collect();
+    assert_eq!(links.len(), 2, "{document:#}");
+    for path in links.into_iter().chain([format!("/v1/jobs/{search}/seeds").as_str()]) {
+        live.get(path).await.expect(200);
+    }
     // The one-call form.
     for format in ["svg", "dxf", "json"] {
         live.post(&format!("/v1/flatten?format={format}"), &plate()).await.expect(200);

@@ -22,6 +22,7 @@ mod queue_leases;
 mod queue_running;
 mod real_meshes;
 mod real_surfaces;
+mod seed_search;
 mod serving;
 mod storage_faults;
 mod store_contents;

@@ -82,7 +82,7 @@ async fn r2_every_write_of_a_lost_claim_is_refused() {
         // Also while another worker holds the job, not only while it waits.
         let holder = if held { store.claim(true, LEASE).await.unwrap() } else { None };
         let before = store.job(lost.job.id).await.unwrap().unwrap();
-        let progress = Progress { fraction: 0.9, stage: Some("tracing") };
+        let progress = Progress { fraction: 0.9, stage: Some("tracing"), remaining_ms: Some(7) };
         assert_eq!(store.renew(vec![(lost.clone(), Some(progress))], LEASE).await.unwrap(), [false]);
         assert!(!store.give_back(lost.clone(), true).await.unwrap());
         let results = vec![NewResult::new("mesh", "text/plain", "late")];

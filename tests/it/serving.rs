@@ -20,7 +20,7 @@ fn part(name: &str) -> PathBuf {
 fn long_job(surface: &str) -> Value {
     json!({
         "kind": "flatten", "surface": surface,
-        "triangulation": { "method": "grid", "grid": [400, 400] },
+        "triangulation": { "method": "grid", "grid": [340, 340] },
         "flattening": { "seed": "optimum", "readings": { "check": "final" } }
     })
 }

@@ -78,7 +78,8 @@ impl Scene {
             }
             "claim" => self.store.claim(true, LONG).await.map(drop).map_err(text),
             "progress" => {
-                let progress = planish::store::Progress { fraction: 0.5, stage: Some("tracing") };
+                let progress =
+                    planish::store::Progress { fraction: 0.5, stage: Some("tracing"), remaining_ms: Some(7) };
                 self.store.renew(vec![(claim(), Some(progress))], LONG * 2).await.map(drop).map_err(text)
             }
             "give back" => self.store.give_back(claim(), true).await.map(drop).map_err(text),

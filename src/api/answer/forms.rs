@@ -13,6 +13,8 @@ pub enum Form {
     Dxf,
     /// Numbers in full.
     Json,
+    /// Rows for a spreadsheet.
+    Csv,
     /// Mesh to look at.
     Glb,
     /// Mesh as text.
@@ -21,8 +23,6 @@ pub enum Form {
     Stl,
     /// Mesh with everything that is known of it.
     Ply,
-    /// Table.
-    Csv,
 }
 
 impl Form {
@@ -33,11 +33,11 @@ impl Form {
             Self::Svg => "svg",
             Self::Dxf => "dxf",
             Self::Json => "json",
+            Self::Csv => "csv",
             Self::Glb => "glb",
             Self::Obj => "obj",
             Self::Stl => "stl",
             Self::Ply => "ply",
-            Self::Csv => "csv",
         }
     }
 
@@ -48,12 +48,12 @@ impl Form {
             Self::Svg => "image/svg+xml",
             Self::Dxf => "image/vnd.dxf",
             Self::Json => "application/json",
+            Self::Csv => "text/csv",
             Self::Glb => "model/gltf-binary",
             Self::Obj => "model/obj",
             Self::Stl => "model/stl",
             // No type of PLY is registered; this is what programs write.
             Self::Ply => "application/x-ply",
-            Self::Csv => "text/csv",
         }
     }
 

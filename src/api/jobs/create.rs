@@ -32,7 +32,8 @@ pub(crate) async fn create(
     let idempotency = key(&headers, "POST /v1/jobs", || Digest::of(&received.bytes))?;
     let value = serde_json::from_slice(&received.bytes).map_err(|error| Problem::json(&error))?;
     let (request, mut faults) = parameters::read(value);
-    require(request.kind.is_some(), "/kind", "the kind of work is needed: \"triangulate\" or \"flatten\"", &mut faults);
+    let needed = format!("the kind of work is needed: {}", parameters::KINDS);
+    require(request.kind.is_some(), "/kind", &needed, &mut faults);
     require(
         request.surface.is_some(),
         "/surface",
@@ -46,6 +47,7 @@ pub(crate) async fn create(
     let absent = "there is no surface with this id: send it first, with POST /v1/surfaces";
     require(surface.is_some(), "/surface", absent, &mut faults);
     faults.extend(parameters::check(&request.options, surface.as_ref().and_then(surfaces::domain)));
+    faults.extend(request.kind.into_iter().flat_map(|kind| parameters::check_kind(kind, &request.options)));
     let (Some(kind), Some(surface), true) = (request.kind, surface, faults.is_empty()) else {
         return Err(faulty(faults));
     };

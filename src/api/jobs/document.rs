@@ -74,7 +74,8 @@ pub(crate) fn document(job: &Job, results: &[StoredResult]) -> Value {
     put("surface", json!(job.surface));
     put("labels", json!(job.labels));
     put("parameters", parameters(job));
-    put("progress", json!({ "fraction": job.progress, "stage": job.stage }));
+    let remaining = job.remaining_ms.map(|ms| ms as f64 / 1e3);
+    put("progress", json!({ "fraction": job.progress, "stage": job.stage, "remaining_s": remaining }));
     put("attempts", json!(job.attempt));
     put("cancel_requested", json!(job.cancel_requested));
     put("verdict", json!(job.verdict));

@@ -138,7 +138,8 @@ impl Watch {
         let is_new = job.revision > self.seen && states.iter().all(|event| event.revision != job.revision);
         if is_new && job.state == JobState::Running {
             let data = json!({
-                "id": job.id, "fraction": job.progress, "stage": job.stage, "cancel_requested": job.cancel_requested
+                "id": job.id, "fraction": job.progress, "stage": job.stage,
+                "remaining_s": job.remaining_ms.map(|ms| ms as f64 / 1e3), "cancel_requested": job.cancel_requested
             });
             found.push((job.revision, event("progress", job.revision, &data)));
         }

@@ -1,5 +1,6 @@
 //! The filters that the list and the feed share.
 
+use crate::api::parameters::KINDS;
 use crate::api::problem::Problem;
 use crate::api::request::Query;
 use crate::engine::job::JobKind;
@@ -14,7 +15,7 @@ pub(super) fn filter(query: &Query, others: &[&'static str]) -> Result<(JobFilte
     query.only(&known)?;
     let state = query.parsed::<JobState>("state", "queued, running, succeeded, failed or cancelled")?;
     let kind = query.get("kind").map(str::to_owned);
-    query.word::<JobKind>("kind", "triangulate or flatten")?;
+    query.word::<JobKind>("kind", KINDS)?;
     let surface = query.parsed::<SurfaceId>("surface", "the id of a surface")?;
     let verdict = query.get("verdict").map(str::to_owned);
     if let Some(verdict) = &verdict

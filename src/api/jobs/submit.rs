@@ -3,9 +3,10 @@
 use serde_json::Value;
 
 use crate::api::App;
-use crate::api::parameters::{JobRequest, PartSize, cost};
+use crate::api::parameters::{JobRequest, MAX_VISITS, PartSize, VISITS_PER_SECOND, cost};
 use crate::api::problem::{Kind, Problem};
 use crate::api::surfaces;
+use crate::engine::error::{Remedy, SetValue};
 use crate::engine::job::JobKind;
 use crate::formats::faults::Fault;
 use crate::store::{Enqueued, IdempotencyKey, NewJob, NewSurface, Surface, SurfaceId};
@@ -61,25 +62,43 @@ pub(crate) fn faulty(faults: Vec<Fault>) -> Problem {
     Problem::new(Kind::InvalidParameters, "The job's parameters have faults. Nothing was stored.").with_faults(faults)
 }
 
+/// Why a job of this cost is not taken, when it is not.
+fn too_large(cost: u64) -> Option<Problem> {
+    if cost <= MAX_VISITS {
+        return None;
+    }
+    let (minutes, most) = (cost / (60 * VISITS_PER_SECOND), MAX_VISITS / (60 * VISITS_PER_SECOND));
+    let detail = format!(
+        "Trying every seed of this mesh would take some {minutes} minutes, and a job may take {most}. Nothing was stored."
+    );
+    let budget = Remedy::say("Give the search a budget: then the best seed found in it is taken.")
+        .with("search.budget_s", SetValue::Number(60.0));
+    Some(
+        Problem::new(Kind::TooLarge, detail)
+            .with_remedy(budget)
+            .with_remedy(Remedy::say("Take a coarser triangulation: the time goes with the square of its triangles.")),
+    )
+}
+
 /// Queues a job whose parameters were checked. When this returns it is on disk.
 ///
 /// # Errors
-/// 503 when the queue is full.
+/// 422 when it would take too long, 503 when the queue is full.
 pub(crate) async fn submit(app: &App, submission: Submission) -> Result<Enqueued, Problem> {
     let Submission { kind, request, surface, idempotency } = submission;
     // The labels of the file go along; those of the job go before them.
     let mut labels = surfaces::labels_of(surface.summary(), surface.name());
     labels.extend(request.labels);
     let cost = cost(kind, &request.options, PartSize::of(surface.summary()));
+    if let Some(problem) = too_large(cost) {
+        return Err(problem);
+    }
     let parameters = serde_json::to_value(&request.options).map_err(|error| {
         tracing::error!(%error, "options could not be written");
         Problem::internal()
     })?;
-    let kind = match kind {
-        JobKind::Triangulate => "triangulate",
-        JobKind::Flatten => "flatten",
-    };
-    let new = NewJob { kind: kind.to_owned(), surface: surface.id().clone(), parameters, labels, cost, idempotency };
+    let new =
+        NewJob { kind: kind.name().to_owned(), surface: surface.id().clone(), parameters, labels, cost, idempotency };
     Ok(match surface {
         Part::Stored(_) => app.queue().enqueue(new).await?,
         Part::New(surface) => app.queue().enqueue_with_surface(*surface, new).await?,

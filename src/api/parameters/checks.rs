@@ -1,7 +1,7 @@
 //! Whether the values of a job's parameters have a meaning: each alone, together, and on the surface at hand.
 
 use crate::engine::flattening::{FlatteningDomain, SeedChoice};
-use crate::engine::job::JobOptions;
+use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
 use crate::engine::pipeline::MAX_GRID;
@@ -17,12 +17,16 @@ pub const GRID_POINTS: std::ops::RangeInclusive<u32> = 2..=MAX_GRID;
 /// plugins round.
 const DOMAIN_SLACK: f64 = 1e-9;
 
+/// Longest budget of a search, seconds: it leaves the rest of a job some time of the ten minutes that it may take.
+pub const MAX_BUDGET_S: f64 = 540.0;
+
 /// Every fault of the options on a surface with this domain. An empty list: the job may be queued.
 #[must_use]
 pub fn check(options: &JobOptions, domain: Option<Domain>) -> Vec<Fault> {
     let mut faults = Vec::new();
     triangulation(options, &mut faults);
     seed(options, domain, &mut faults);
+    search(options, &mut faults);
     placement(options, &mut faults);
     numbers(options, &mut faults);
     faults
@@ -108,6 +112,27 @@ fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
         }
         Some(SeedChoice::Xyz(xyz)) => finite("/flattening/seed/xyz", &xyz, faults),
         Some(SeedChoice::Centre | SeedChoice::Optimum) | None => {}
+    }
+}
+
+fn search(options: &JobOptions, faults: &mut Vec<Fault>) {
+    if options.search.budget_s.is_some_and(|s| !(s > 0.0 && s <= MAX_BUDGET_S)) {
+        faults.push(fault(
+            "/search/budget_s",
+            format!("a search may be given more than 0 and at most {MAX_BUDGET_S} seconds"),
+        ));
+    }
+}
+
+/// What a kind of work does not take.
+#[must_use]
+pub fn check_kind(kind: JobKind, options: &JobOptions) -> Vec<Fault> {
+    match (kind, options.flattening.seed) {
+        (JobKind::OptimumSeedSearch, Some(seed)) if seed != SeedChoice::Optimum => vec![fault(
+            "/flattening/seed",
+            "a search for the optimum tries every seed: leave the seed out, or flatten with this one",
+        )],
+        _ => Vec::new(),
     }
 }
 

@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+#[cfg(test)]
+use super::checks::MAX_BUDGET_S;
 use super::checks::{MAX_TRIANGLES, grid_triangles};
 use crate::engine::flattening::SeedChoice;
 use crate::engine::job::{JobKind, JobOptions};
@@ -33,7 +35,13 @@ impl PartSize {
     }
 }
 
-/// The estimate, in triangle visits: triangles times seeds tried.
+/// Triangles that two cores flatten in a second, the order of magnitude: what turns a budget into a cost.
+pub const VISITS_PER_SECOND: u64 = 100_000_000;
+
+/// Most visits of a job: ten minutes of them, which is what an attempt may take.
+pub const MAX_VISITS: u64 = 600 * VISITS_PER_SECOND;
+
+/// The estimate, in triangle visits: triangles times seeds tried, as far as the budget allows.
 #[must_use]
 pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
     let triangles = match (size.triangles, options.triangulation.grid, options.triangulation.tolerance) {
@@ -42,12 +50,18 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
         (None, None, Some(density)) => by_tolerance(density, size),
         (None, None, None) => CADER_TRIANGLES.1,
     };
-    let searched = match options.flattening.seed {
-        Some(SeedChoice::Optimum) => true,
-        Some(_) => false,
-        None => triangles <= OPTIMUM_UP_TO as u64,
+    let searched = match (kind, options.flattening.seed) {
+        (JobKind::Triangulate, _) => false,
+        (JobKind::OptimumSeedSearch, _) | (JobKind::Flatten, Some(SeedChoice::Optimum)) => true,
+        (JobKind::Flatten, Some(_)) => false,
+        (JobKind::Flatten, None) => triangles <= OPTIMUM_UP_TO as u64,
     };
-    if kind == JobKind::Flatten && searched { triangles.saturating_mul(triangles) } else { triangles }
+    if !searched {
+        return triangles;
+    }
+    let budget = options.search.budget_s.map_or(u64::MAX, |s| (s * VISITS_PER_SECOND as f64) as u64);
+    // The first seeds are tried whatever the budget is.
+    triangles.saturating_mul(triangles).min(budget).max(triangles)
 }
 
 /// Triangles of a mesh whose density is left to a tolerance.
@@ -81,6 +95,21 @@ mod tests {
         options.flattening.seed = None;
         options.triangulation.grid = Some([101, 101]);
         assert_eq!(cost(JobKind::Flatten, &options, size), 20_000);
+    }
+
+    #[test]
+    fn a_budget_bounds_what_a_search_costs_and_a_search_for_the_optimum_is_one_whatever_the_mesh() {
+        let size = PartSize::default();
+        let mut options = JobOptions::default();
+        options.triangulation.grid = Some([301, 301]);
+        assert_eq!(cost(JobKind::Flatten, &options, size), 180_000);
+        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), 180_000 * 180_000);
+        options.search.budget_s = Some(2.5);
+        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), 250_000_000);
+        options.search.budget_s = Some(1e-9);
+        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), 180_000);
+        options.search.budget_s = Some(MAX_BUDGET_S);
+        assert!(cost(JobKind::OptimumSeedSearch, &options, size) <= MAX_VISITS);
     }
 
     #[test]

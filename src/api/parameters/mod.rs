@@ -15,9 +15,12 @@ use crate::engine::job::{JobKind, JobOptions, Labels};
 use crate::engine::pipeline::DEFAULT_CHORD_RELATIVE;
 use crate::formats::faults::Fault;
 
-pub use checks::{GRID_POINTS, MAX_TRIANGLES, check};
-pub use cost::{PartSize, cost};
+pub use checks::{GRID_POINTS, MAX_BUDGET_S, MAX_TRIANGLES, check, check_kind};
+pub use cost::{MAX_VISITS, PartSize, VISITS_PER_SECOND, cost};
 pub use set::assign;
+
+/// The kinds of work in words.
+pub const KINDS: &str = "triangulate, flatten or optimum-seed-search";
 
 /// A job as it was asked for.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -44,7 +47,7 @@ pub fn read(value: Value) -> (JobRequest, Vec<Fault>) {
     let kind = object.remove("kind").and_then(|value| {
         let kind = serde_json::from_value(value).ok();
         if kind.is_none() {
-            faults.push(fault("/kind", "the kind of work is \"triangulate\" or \"flatten\""));
+            faults.push(fault("/kind", format!("the kind of work is {KINDS}")));
         }
         kind
     });

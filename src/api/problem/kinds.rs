@@ -76,6 +76,9 @@ kinds! {
         "The request body is longer than this service takes. `detail` gives the limit, which the operator sets.";
     UnsupportedMediaType: "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The body has a type that is not read here",
         "`detail` lists the types of bodies that this address reads.";
+    TooLarge: "too-large", UNPROCESSABLE_ENTITY, "The job is too large",
+        "The work was estimated before it was accepted, and would take longer than a job may. `remedies` say what makes \
+         it smaller; a search can be given a budget of time.";
     InvalidSurface: "invalid-surface", UNPROCESSABLE_ENTITY, "The surface has faults",
         "The body is JSON, but not a surface that can be worked on. `errors` lists every fault with a JSON Pointer to \
          its place; `place` says where it is on the surface. Nothing was stored.";

@@ -11,11 +11,13 @@ pub enum ResultKind {
     Pattern,
     /// What is said of it.
     Report,
+    /// What became of each seed.
+    Seeds,
 }
 
 impl ResultKind {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Mesh, Self::Pattern, Self::Report];
+    pub const ALL: [Self; 4] = [Self::Mesh, Self::Pattern, Self::Report, Self::Seeds];
 
     /// Its name.
     #[must_use]
@@ -24,6 +26,7 @@ impl ResultKind {
             Self::Mesh => "mesh",
             Self::Pattern => "pattern",
             Self::Report => "report",
+            Self::Seeds => "seeds",
         }
     }
 
@@ -49,6 +52,7 @@ impl ResultKind {
             Self::Mesh => &[Form::Glb, Form::Obj, Form::Stl, Form::Ply, Form::Json],
             Self::Pattern => &[Form::Svg, Form::Dxf, Form::Json],
             Self::Report => &[Form::Json, Form::Csv],
+            Self::Seeds => &[Form::Json, Form::Csv],
         }
     }
 }

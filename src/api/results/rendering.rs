@@ -9,6 +9,7 @@ use crate::api::answer::{Form, Tag};
 use crate::api::problem::Problem;
 use crate::api::surfaces::NAME;
 use crate::engine::job::Labels;
+use crate::formats::seeds;
 use crate::formats::stored::{decode_mesh, decode_pattern};
 use crate::formats::{TitleBlock, dxf, file_stem, glb, mesh_json, obj, pattern_json, ply, stl, svg, triangles_csv};
 use crate::store::Digest;
@@ -55,6 +56,13 @@ fn written(source: &Source, form: Form) -> Result<Bytes, String> {
     let name = source.labels.get(NAME).map(String::as_str);
     let bytes = match source.kind {
         ResultKind::Report if form != Form::Csv => return Ok(source.bytes.clone()),
+        ResultKind::Seeds => {
+            let landscape = seeds::decode(&source.bytes).map_err(|e| e.to_string())?;
+            match form {
+                Form::Csv => Ok(seeds::csv(&landscape)),
+                _ => seeds::json(&landscape),
+            }
+        }
         ResultKind::Report | ResultKind::Mesh => {
             let mesh = decode_mesh(&source.bytes).map_err(|e| e.to_string())?;
             match form {

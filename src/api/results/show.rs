@@ -59,6 +59,12 @@ handlers! {
     report_json: Report Json;
     /// The mesh's triangles as a table.
     report_csv: Report Csv;
+    /// What became of each seed.
+    seeds: Seeds;
+    /// The same as JSON.
+    seeds_json: Seeds Json;
+    /// The same as CSV.
+    seeds_csv: Seeds Csv;
 }
 
 async fn show(

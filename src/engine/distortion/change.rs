@@ -105,6 +105,18 @@ impl Original {
         self.area
     }
 
+    /// How many triangles count.
+    #[must_use]
+    pub const fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// How many edges count.
+    #[must_use]
+    pub const fn edge_count(&self) -> usize {
+        self.edges.len()
+    }
+
     /// Summed edge length in space.
     #[must_use]
     pub const fn length(&self) -> f64 {
@@ -140,14 +152,16 @@ impl Original {
     }
 }
 
+/// Area of a triangle in the plane, mm^2: the very term that the sums above are made of.
 #[inline]
-fn flat_area(corners: [u32; 3], flat: &[DVec2]) -> f64 {
+pub(in crate::engine) fn flat_area(corners: [u32; 3], flat: &[DVec2]) -> f64 {
     let [a, b, c] = corners.map(|v| flat[v as usize]);
     0.5 * (b - a).perp_dot(c - a).abs()
 }
 
+/// Length of an edge in the plane, mm: likewise.
 #[inline]
-fn flat_length(ends: [u32; 2], flat: &[DVec2]) -> f64 {
+pub(in crate::engine) fn flat_length(ends: [u32; 2], flat: &[DVec2]) -> f64 {
     flat[ends[0] as usize].distance(flat[ends[1] as usize])
 }
 

@@ -9,6 +9,7 @@ mod strain;
 mod verdict;
 
 pub use change::{Change, Original};
+pub(in crate::engine) use change::{flat_area, flat_length};
 pub use limits::{LimitCheck, Limits, Thresholds, Verdict, VerdictResult};
 pub use measure::measure;
 pub use report::{

@@ -105,20 +105,30 @@ pub struct FlatteningReport {
 pub struct SeedSearchReport {
     /// What is minimised: `area` or `shape`.
     pub measure: String,
+    /// Which seeds were to be tried.
+    pub strategy: String,
+    /// Seeds that there are.
+    pub seeds: u64,
     /// Seeds tried.
     pub tried: u64,
-    /// Of these, how many flattened the whole mesh.
+    /// Of these, how many were run to their end and flattened the whole mesh.
     pub succeeded: u64,
-    /// The same in percent.
-    pub success_percent: f64,
+    /// The same in percent of those tried; not known when seeds were abandoned.
+    pub success_percent: Option<f64>,
     /// The best seed.
-    pub best: u32,
+    pub best: Option<u32>,
     /// Its change, percent.
-    pub best_percent: f64,
-    /// The worst change of a seed that succeeded, percent.
-    pub worst_percent: f64,
+    pub best_percent: Option<f64>,
+    /// The worst seed that succeeded; not known when seeds were abandoned.
+    pub worst: Option<u32>,
+    /// Its change, percent.
+    pub worst_percent: Option<f64>,
     /// Seeds abandoned since they could no longer win.
     pub abandoned: u64,
+    /// Whether every seed had its turn. Where not, the budget had run out, and another run may find another best.
+    pub complete: bool,
+    /// The budget, seconds, where there was one.
+    pub budget_s: Option<f64>,
 }
 
 /// How the pattern lies.

@@ -30,6 +30,8 @@ pub struct CaderMesh {
     vertices: usize,
     /// No seed has more levels than this.
     most_levels: usize,
+    /// See [`CaderMesh::settles_within`].
+    settles_within: Option<u32>,
 }
 
 impl CaderMesh {
@@ -59,13 +61,23 @@ impl CaderMesh {
             }
             hinges.push(hinge);
         }
+        let rings = Rings::new(topology);
         Ok(Self {
             hinges,
-            rings: Rings::new(topology),
+            settles_within: rings.widest_fan(),
+            rings,
             triangles: topology.triangles().to_vec(),
             vertices: topology.vertex_count(),
             most_levels: most_levels(topology),
         })
+    }
+
+    /// When a level is done, no triangle so many levels before it moves any more: triangles at one vertex are at most so
+    /// many levels apart, and only they move it. `None` where fans of triangles only touch at a vertex: these may be any
+    /// number of levels apart.
+    #[must_use]
+    pub const fn settles_within(&self) -> Option<u32> {
+        self.settles_within
     }
 
     /// How many triangles there are.
@@ -131,6 +143,11 @@ pub enum Stop {
         /// How many triangles were flattened, the one whose unfolding turned it over included.
         flattened: u32,
     },
+    /// The caller wanted it no further.
+    Abandoned {
+        /// How many triangles were flattened.
+        flattened: u32,
+    },
     /// The run ended, but these many triangles were not reached.
     Unreached {
         /// How many.
@@ -146,6 +163,10 @@ impl Stop {
         match self {
             Self::SeedOutOfRange => FlatteningError::SeedOutOfRange { seed, triangles: total },
             Self::Unreached { unreached } => FlatteningError::SeveralPieces { unreached, total },
+            // What was not flattened was not reached.
+            Self::Abandoned { flattened } => {
+                FlatteningError::SeveralPieces { unreached: total.saturating_sub(flattened), total }
+            }
             Self::Flipped { triangle, level, flattened } => {
                 let corners = mesh.triangles[triangle as usize].map(|v| v as usize);
                 let middle = |p: &[DVec2]| corners.iter().map(|&v| p[v]).sum::<DVec2>() / 3.0;
@@ -192,7 +213,19 @@ impl Scratch {
 
     /// The triangles flattened by the last run, in order.
     pub fn sequence(&self) -> impl ExactSizeIterator<Item = u32> {
-        self.order.triangles().take(self.flattened)
+        self.order.triangles(0..self.flattened)
+    }
+
+    /// The same from one place of the order to another, as far as it was flattened.
+    pub fn stretch(&self, places: Range<usize>) -> impl ExactSizeIterator<Item = u32> {
+        let end = places.end.min(self.flattened);
+        self.order.triangles(places.start.min(end)..end)
+    }
+
+    /// How many triangles the last run flattened.
+    #[must_use]
+    pub const fn flattened(&self) -> usize {
+        self.flattened
     }
 
     /// Counts by level of the last run; the last level of a failed run counts what was done of it.
@@ -218,11 +251,25 @@ impl Scratch {
 /// # Errors
 /// [`Stop`], which [`Stop::error`] turns into what a user reads.
 pub fn flatten(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) -> Result<(), Stop> {
+    flatten_while(mesh, readings, seed, scratch, |_| true)
+}
+
+/// The same, as long as `goes_on` says so: it is asked after every level.
+///
+/// # Errors
+/// [`Stop`]; [`Stop::Abandoned`] when it said no.
+pub fn flatten_while(
+    mesh: &CaderMesh,
+    readings: Readings,
+    seed: u32,
+    scratch: &mut Scratch,
+    goes_on: impl FnMut(&Scratch) -> bool,
+) -> Result<(), Stop> {
     if seed as usize >= mesh.triangle_count() {
         return Err(Stop::SeedOutOfRange);
     }
     scratch.begin(mesh, seed);
-    run(mesh, readings, seed, scratch)
+    run(mesh, readings, seed, scratch, goes_on)
 }
 
 /// A flattening together with the reason why it is partial, if it is.
@@ -253,7 +300,13 @@ pub fn flatten_once(
     }
 }
 
-fn run(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) -> Result<(), Stop> {
+fn run(
+    mesh: &CaderMesh,
+    readings: Readings,
+    seed: u32,
+    scratch: &mut Scratch,
+    mut goes_on: impl FnMut(&Scratch) -> bool,
+) -> Result<(), Stop> {
     lay_seed(mesh, readings.parent, seed, scratch);
     let (mut from, mut to) = (1, scratch.order.len());
     while from < to {
@@ -269,6 +322,9 @@ fn run(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) -
         scratch.flattened = from + counts.triangles as usize;
         if let Some(triangle) = flipped {
             return Err(Stop::Flipped { triangle, level, flattened: scratch.flattened as u32 });
+        }
+        if !goes_on(scratch) {
+            return Err(Stop::Abandoned { flattened: scratch.flattened as u32 });
         }
         (from, to) = (to, scratch.order.len());
     }

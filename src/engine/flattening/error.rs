@@ -33,6 +33,18 @@ pub enum FlatteningError {
         /// The failure of the seed that got furthest.
         furthest: Box<FlatteningError>,
     },
+    /// No seed has succeeded in the time that the search was given.
+    #[error(
+        "none of the {tried} seed triangles (of {seeds}) that were tried in the time given flattens this mesh without a flip"
+    )]
+    BudgetSpent {
+        /// How many were tried.
+        tried: u32,
+        /// How many there are.
+        seeds: u32,
+        /// The failure of the seed that got furthest.
+        furthest: Box<FlatteningError>,
+    },
     /// The seed does not exist.
     #[error("seed triangle {seed} does not exist: the mesh has {triangles} triangles")]
     SeedOutOfRange {
@@ -77,6 +89,7 @@ impl Located for FlatteningError {
         match self {
             Self::Flipped { .. } => "triangle-flipped",
             Self::NoSeed { .. } => "no-seed-succeeds",
+            Self::BudgetSpent { .. } => "budget-spent",
             Self::SeedOutOfRange { .. } => "seed-out-of-range",
             Self::SeedNotFound => "seed-not-found",
             Self::SeveralPieces { .. } => "several-pieces",
@@ -87,7 +100,7 @@ impl Located for FlatteningError {
     fn place(&self) -> Place {
         match self {
             Self::Flipped { place, .. } | Self::Piece { place, .. } => (**place).clone(),
-            Self::NoSeed { furthest, .. } => furthest.place(),
+            Self::NoSeed { furthest, .. } | Self::BudgetSpent { furthest, .. } => furthest.place(),
             Self::Mesh(fault) => fault.place(),
             _ => Place::default(),
         }
@@ -102,6 +115,10 @@ impl Located for FlatteningError {
             Self::NoSeed { .. } => vec![
                 Remedy::coarser(COARSER, [20, 20]),
                 Remedy::say("Divide the part: this much curvature cannot lie flat without great distortion."),
+            ],
+            Self::BudgetSpent { .. } => vec![
+                Remedy::say("Let the search take the time it needs.").with("search.budget_s", SetValue::Nothing),
+                Remedy::coarser(COARSER, [20, 20]),
             ],
             Self::SeedOutOfRange { .. } | Self::SeedNotFound => vec![
                 Remedy::say("Take the triangle at the centre.")

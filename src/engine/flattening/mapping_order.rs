@@ -8,6 +8,8 @@
 //! Half-edge `e` of triangle `t` has the *tag* `4 * t + e` here: a tag gives its triangle by a shift, and tags sort by
 //! triangle. A border half-edge has as its neighbour the tag of a triangle that does not exist and always counts as seen.
 
+use std::ops::Range;
+
 use super::{Order, Parent};
 
 /// A triangle that has not been met.
@@ -66,9 +68,9 @@ impl MappingOrder {
         self.queued
     }
 
-    /// The triangles discovered, in order; those not yet processed at the end.
-    pub(super) fn triangles(&self) -> impl ExactSizeIterator<Item = u32> {
-        self.queue[..self.queued].iter().map(|tag| tag >> 2)
+    /// The triangles at these places of the order; those not yet processed are at its end.
+    pub(super) fn triangles(&self, places: Range<usize>) -> impl ExactSizeIterator<Item = u32> {
+        self.queue[..self.queued][places].iter().map(|tag| tag >> 2)
     }
 
     /// Brings a level that has just been discovered, `from..len()`, into order.
@@ -214,7 +216,7 @@ mod tests {
         assert_eq!([walk.tag(1, Parent::First), walk.tag(2, Parent::First)], [1, 10]);
         walk.touch([12, 4], Parent::First);
         assert_eq!(walk.len(), 3);
-        assert_eq!(order.triangles().collect::<Vec<_>>(), [1, 0, 2]);
+        assert_eq!(order.triangles(0..3).collect::<Vec<_>>(), [1, 0, 2]);
     }
 
     #[test]

@@ -65,6 +65,23 @@ impl Rings {
         rings
     }
 
+    /// Most steps over edges between two triangles of one vertex; `None` where some vertex has several fans.
+    pub(super) fn widest_fan(&self) -> Option<u32> {
+        let gap = self.spans.len() as u32;
+        let mut widest = 0;
+        for v in 0..gap {
+            let ring = self.of(v);
+            if ring.contains(&gap) {
+                return None;
+            }
+            let triangles = ring.len().saturating_sub(1) as u32;
+            // Closed when the first neighbour stands at the end again: then one can go either way round.
+            let closed = triangles > 2 && ring.first() == ring.last();
+            widest = widest.max(if closed { triangles / 2 } else { triangles.saturating_sub(1) });
+        }
+        Some(widest)
+    }
+
     /// The ring of a vertex.
     #[inline]
     pub(super) fn of(&self, vertex: u32) -> &[u32] {
@@ -112,6 +129,17 @@ mod tests {
                 assert_eq!(found, expected);
             }
         }
+    }
+
+    #[test]
+    fn the_widest_fan_counts_steps_the_shorter_way_round() {
+        // A hexagon of six triangles about vertex 0; opened, five steps lie between its ends.
+        let mut triangles: Vec<[u32; 3]> = (0..6).map(|k| [0, 1 + k, 1 + (k + 1) % 6]).collect();
+        let widest = |triangles: &[[u32; 3]]| Rings::new(&Topology::of_triangles(triangles, 8).unwrap()).widest_fan();
+        assert_eq!(widest(&triangles), Some(3));
+        triangles[5] = [0, 6, 7];
+        assert_eq!(widest(&triangles), Some(5));
+        assert_eq!(widest(&[[0, 1, 2], [0, 3, 4]]), None);
     }
 
     #[test]

@@ -101,7 +101,9 @@ impl Home {
     fn flattening_back(&self, error: &mut FlatteningError) {
         match error {
             FlatteningError::Flipped { place, .. } | FlatteningError::Piece { place, .. } => self.place_back(place),
-            FlatteningError::NoSeed { furthest, .. } => self.flattening_back(furthest),
+            FlatteningError::NoSeed { furthest, .. } | FlatteningError::BudgetSpent { furthest, .. } => {
+                self.flattening_back(furthest);
+            }
             _ => {}
         }
     }

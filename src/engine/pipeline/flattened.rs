@@ -8,10 +8,11 @@ use super::meshed::Meshed;
 use crate::engine::budget::{Observer, Stage};
 use crate::engine::distortion::SeedSearchReport;
 use crate::engine::error::EngineError;
-use crate::engine::flattening::{FlatteningError, LevelCounts, SeedChoice, cader};
+use crate::engine::flattening::cader::{self, Stop};
+use crate::engine::flattening::{FlatteningError, LevelCounts, SeedChoice};
 use crate::engine::job::JobOptions;
 use crate::engine::mesh::{Mesh, MeshFault, Piece, Topology, check_sheet, pieces, sheet as sheet_of};
-use crate::engine::seed::{locate, search};
+use crate::engine::seed::{SeedLandscape, SeedOutcome, SeedSearch, locate, search};
 
 /// Meshes of at most so many triangles have every seed tried when none is named: the search takes time with the square
 /// of their number, and this much is done in well under a second on two cores.
@@ -33,6 +34,8 @@ pub(super) struct Laid {
     pub flattened: u64,
     /// The search, when there was one; of the first piece when there are several.
     pub search: Option<SeedSearchReport>,
+    /// What became of each seed, of all pieces, when that was asked for.
+    pub landscape: Option<SeedLandscape>,
     /// What a person should know.
     pub warnings: Vec<String>,
 }
@@ -62,6 +65,8 @@ pub(super) struct Sheet<'a> {
     pub seed: Option<u32>,
     /// The triangles that the seed's choice is judged by; `None`: all.
     pub part: Option<&'a [bool]>,
+    /// Whether the search runs every seed to its end, to tell of them all.
+    pub landscape: bool,
 }
 
 /// Flattens all pieces of the mesh. That each can be flattened is looked at before any is.
@@ -77,6 +82,11 @@ pub(super) fn flatten(sheet: &Sheet, options: &JobOptions, observer: &dyn Observ
         averaged: 0,
         flattened: 0,
         search: None,
+        landscape: sheet.landscape.then(|| SeedLandscape {
+            measure: options.search.measure,
+            seeds: vec![SeedOutcome::Untried; mesh.triangles.len()],
+            best: Vec::new(),
+        }),
         warnings: Vec::new(),
     };
     let mut first_error = None;
@@ -225,31 +235,52 @@ impl PieceJob<'_> {
             return Ok((locate::centre(mesh, self.part)?, None));
         }
         observer.enter(Stage::SeedSearch);
+        // The part in the numbers of the piece.
+        let part: Option<Vec<bool>> =
+            self.part.map(|part| self.piece.triangle_of.iter().map(|&t| part.get(t as usize) == Some(&true)).collect());
         let settings = search::SearchSettings {
             readings: self.options.flattening.readings,
-            measure: self.options.search.measure,
-            part: self.part,
-            landscape: false,
+            options: self.options.search,
+            part: part.as_deref(),
+            landscape: laid.landscape.is_some(),
         };
-        match search::search(mesh, self.topology, &settings, observer) {
-            Ok(found) => {
-                if self.first {
-                    laid.search = Some(found.report());
-                }
-                Ok((found.best, None))
-            }
-            Err(EngineError::Flattening(error @ FlatteningError::NoSeed { .. })) => {
-                let seed = match &error {
-                    FlatteningError::NoSeed { furthest, .. } => match furthest.as_ref() {
-                        FlatteningError::Flipped { seed, .. } => *seed,
-                        _ => 0,
-                    },
-                    _ => 0,
-                };
-                Ok((seed, Some(error)))
-            }
-            Err(error) => Err(error),
+        let found = search::search(mesh, self.topology, &settings, observer)?;
+        if self.first {
+            laid.search = Some(found.report(&self.piece.triangle_of));
         }
+        if let Some(landscape) = &mut laid.landscape {
+            self.enter(&found, landscape);
+        }
+        match found.best {
+            Ok(best) => Ok((best.seed, None)),
+            Err(error) => Ok((furthest(&error), Some(error))),
+        }
+    }
+
+    /// Writes what became of the piece's seeds into the landscape of the whole mesh.
+    fn enter(&self, found: &SeedSearch, landscape: &mut SeedLandscape) {
+        let triangle_of = &self.piece.triangle_of;
+        for (&whole, &outcome) in triangle_of.iter().zip(&found.outcomes) {
+            landscape.seeds[whole as usize] = match outcome {
+                SeedOutcome::Stopped(Stop::Flipped { triangle, level, flattened }) => {
+                    let triangle = triangle_of[triangle as usize];
+                    SeedOutcome::Stopped(Stop::Flipped { triangle, level, flattened })
+                }
+                other => other,
+            };
+        }
+        landscape.best.push(found.best.as_ref().ok().map(|best| triangle_of[best.seed as usize]));
+    }
+}
+
+/// The seed that got furthest when none succeeds.
+fn furthest(error: &FlatteningError) -> u32 {
+    match error {
+        FlatteningError::Flipped { seed, .. } => *seed,
+        FlatteningError::NoSeed { furthest: error, .. } | FlatteningError::BudgetSpent { furthest: error, .. } => {
+            furthest(error)
+        }
+        _ => 0,
     }
 }
 
@@ -285,6 +316,9 @@ fn whole_mesh(error: FlatteningError, piece: &Piece) -> FlatteningError {
         }
         FlatteningError::NoSeed { tried, furthest } => {
             FlatteningError::NoSeed { tried, furthest: Box::new(whole_mesh(*furthest, piece)) }
+        }
+        FlatteningError::BudgetSpent { tried, seeds, furthest } => {
+            FlatteningError::BudgetSpent { tried, seeds, furthest: Box::new(whole_mesh(*furthest, piece)) }
         }
         other => other,
     }

@@ -70,7 +70,7 @@ impl<'a> Meshed<'a> {
             filled.triangulation.tolerance = Some(Density::ChordRelative(DEFAULT_CHORD_RELATIVE));
         }
         let clamp =
-            (default_density && kind == JobKind::Flatten && options.flattening.method == FlatteningMethod::Cader)
+            (default_density && kind != JobKind::Triangulate && options.flattening.method == FlatteningMethod::Cader)
                 .then_some(CADER_TRIANGLES);
         let region = trims.polygonise(surface, boundary_tolerance(&filled, surface, &coarse, diagonal))?;
         observer.check()?;
@@ -124,9 +124,9 @@ fn of_part(kind: JobKind, options: &JobOptions) -> Result<bool, EngineError> {
     let traced = options.triangulation.method == TriangulationMethod::Tracing;
     match (kind, options.flattening.domain) {
         (JobKind::Triangulate, _) => Ok(traced),
-        (JobKind::Flatten, FlatteningDomain::Base) => Ok(false),
-        (JobKind::Flatten, FlatteningDomain::Trimmed) if traced => Ok(true),
-        (JobKind::Flatten, FlatteningDomain::Trimmed) => Err(EngineError::Parameter {
+        (JobKind::Flatten | JobKind::OptimumSeedSearch, FlatteningDomain::Base) => Ok(false),
+        (JobKind::Flatten | JobKind::OptimumSeedSearch, FlatteningDomain::Trimmed) if traced => Ok(true),
+        (JobKind::Flatten | JobKind::OptimumSeedSearch, FlatteningDomain::Trimmed) => Err(EngineError::Parameter {
             name: "triangulation.method".into(),
             detail: "`grid` makes a mesh of the whole base surface: with `flattening.domain: trimmed` take `tracing`"
                 .into(),

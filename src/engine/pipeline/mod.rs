@@ -18,9 +18,11 @@ use glam::{DVec2, DVec3};
 use super::budget::{Observer, Stage};
 use super::distortion::{self, DistortionReport, Report};
 use super::error::EngineError;
+use super::flattening::SeedChoice;
 use super::job::{JobKind, JobOptions};
 use super::mesh::Mesh;
 use super::pattern::{self, DrawInput, Locator, Pattern};
+use super::seed::SeedLandscape;
 use super::trimming::{Side, TrimmedSurface};
 use centred::Centred;
 use flattened::Sheet;
@@ -76,6 +78,8 @@ pub struct Outcome {
     pub part: Option<Vec<bool>>,
     /// The pattern.
     pub pattern: Option<Pattern>,
+    /// What became of each seed, after a search for the optimum.
+    pub seeds: Option<SeedLandscape>,
     /// The report.
     pub report: Report,
     /// The options with every default filled in.
@@ -109,6 +113,14 @@ pub fn run<'a>(
 ) -> Result<Outcome, Failure> {
     observer.enter(Stage::Preparation);
     observer.check()?;
+    let mut searching;
+    let mut options = options;
+    if kind == JobKind::OptimumSeedSearch {
+        // A search for the best seed is not told where to begin.
+        searching = options.clone();
+        searching.flattening.seed = Some(SeedChoice::Optimum);
+        options = &searching;
+    }
     match surface.into() {
         Input::Trimmed(surface) => of_surface(kind, surface, options, observer),
         Input::Mesh(surface) => of_mesh::run(kind, surface, options, observer),
@@ -130,7 +142,7 @@ fn of_surface(
             Ok(outcome) => Ok(centred.home.outcome_back(outcome)),
             Err(error) => Err(error.into()),
         },
-        JobKind::Flatten => match flatten(&meshed, options, &centred, observer) {
+        JobKind::Flatten | JobKind::OptimumSeedSearch => match flatten(kind, &meshed, options, &centred, observer) {
             Ok(outcome) => Ok(centred.home.outcome_back(outcome)),
             Err(failure) => Err(centred.home.failure_back(failure)),
         },
@@ -154,6 +166,7 @@ fn triangulated(meshed: &Meshed, observer: &dyn Observer) -> Result<Outcome, Eng
 
 /// The outcome of a job that goes on to the pattern.
 fn flatten(
+    kind: JobKind,
     meshed: &Meshed,
     options: &JobOptions,
     centred: &Centred,
@@ -172,6 +185,7 @@ fn flatten(
         sound: true,
         seed: flattened::named_seed(meshed, options, centred, part)?,
         part,
+        landscape: kind == JobKind::OptimumSeedSearch,
     };
     let laid = flattened::flatten(&sheet, options, observer).map_err(|stopped| {
         let partial = stopped.partial.and_then(|laid| {
@@ -181,6 +195,7 @@ fn flatten(
             outcome.strain_percent = Some(reports::strains(&meshed.lifted.mesh, &laid.flat));
             outcome.report.flattening = Some(reports::flattening(&meshed.lifted.mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
+            outcome.seeds = laid.landscape;
             outcome.options.flattening.seed = laid.seed_choice;
             outcome.flat = Some(laid.flat);
             Some(Box::new(outcome))
@@ -237,6 +252,7 @@ fn flatten(
             warnings,
         },
         pattern: Some(drawn.pattern),
+        seeds: laid.landscape,
         flat: Some(flat),
         options: filled,
     })

@@ -41,9 +41,10 @@ pub(super) fn run(
     observer.check()?;
     match kind {
         JobKind::Triangulate => Ok(home.outcome_back(meshed(&ready, options))),
-        JobKind::Flatten => {
+        JobKind::Flatten | JobKind::OptimumSeedSearch => {
             let seed = named_seed(&ready, options, home.offset)?;
-            flatten(&ready, surface, seed, options, observer)
+            let landscape = kind == JobKind::OptimumSeedSearch;
+            flatten(&ready, surface, seed, landscape, options, observer)
                 .map(|outcome| home.outcome_back(outcome))
                 .map_err(|failure| home.failure_back(failure))
         }
@@ -100,17 +101,19 @@ fn flatten(
     ready: &Ready,
     surface: &SurfaceMesh,
     seed: Option<u32>,
+    landscape: bool,
     options: &JobOptions,
     observer: &dyn Observer,
 ) -> Result<Outcome, Failure> {
     let (mesh, topology) = (ready.mesh, &ready.topology);
-    let sheet = Sheet { mesh, topology, sound: ready.faults.is_empty(), seed, part: None };
+    let sheet = Sheet { mesh, topology, sound: ready.faults.is_empty(), seed, part: None, landscape };
     let laid = flattened::flatten(&sheet, options, observer).map_err(|stopped| {
         let partial = stopped.partial.map(|laid| {
             let mut outcome = meshed(ready, options);
             outcome.strain_percent = Some(reports::strains(mesh, &laid.flat));
             outcome.report.flattening = Some(report(mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
+            outcome.seeds = laid.landscape;
             outcome.options.flattening.seed = laid.seed_choice;
             outcome.flat = Some(laid.flat);
             Box::new(outcome)
@@ -141,6 +144,7 @@ fn flatten(
     outcome.strain_percent = Some(reports::strains(mesh, &flat));
     outcome.report.flattening = Some(report(mesh, &laid, options));
     outcome.report.seed_search = laid.search;
+    outcome.seeds = laid.landscape;
     outcome.report.placement = Some(drawn.placement);
     outcome.report.verdict = Some(verdict);
     outcome.report.distortion =

@@ -3,6 +3,9 @@
 //! A seed is the triangle that a sequential flattening starts from. [`locate`] finds one by a name or a place,
 //! [`search`](search::search) tries them all.
 
+mod bound;
+mod candidates;
+mod landscape;
 pub mod locate;
 pub mod search;
 
@@ -11,4 +14,5 @@ mod reference_tests;
 #[cfg(test)]
 mod test_cases;
 
-pub use search::{Changes, SearchSettings, SeedSearch, search};
+pub use landscape::{Changes, Ranked, SeedLandscape, SeedOutcome, SeedSearch};
+pub use search::{SearchSettings, search};

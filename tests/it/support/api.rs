@@ -13,6 +13,8 @@ use planish::engine::distortion::Report;
 use planish::engine::error::EngineError;
 use planish::engine::mesh::Mesh;
 use planish::engine::pattern::{Contour, Pattern, Piece};
+use planish::engine::seed::{SeedLandscape, SeedOutcome};
+use planish::formats::seeds;
 use planish::formats::{MeshParts, report_json, stored};
 use planish::queue::{self, Failed, FailureClass, Finished, NewResult, Queue, Runner, Task};
 use planish::server::{ConnectionLimits, serve};
@@ -183,6 +185,11 @@ impl Runner for Sketch {
             let piece = Piece { name: "plate".to_owned(), outline, holes: Vec::new() };
             let pattern = Pattern { pieces: vec![piece], bounding_box_mm: [100.0, 60.0] };
             results.push(NewResult::new("pattern", stored::PATTERN_MEDIA, stored::encode_pattern(&pattern)));
+        }
+        if task.kind == "optimum-seed-search" {
+            let landscape =
+                SeedLandscape { seeds: vec![SeedOutcome::Untried; 2], best: vec![None], ..SeedLandscape::default() };
+            results.push(NewResult::new("seeds", seeds::MEDIA, seeds::encode(&landscape)));
         }
         Ok(Finished { results, verdict: Some("unchecked".to_owned()), parameters: None })
     }
