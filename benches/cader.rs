@@ -63,18 +63,21 @@ fn main() {
     });
     println!("area change: {:.2} ns a triangle", seconds / SEEDS as f64 * per_triangle);
 
-    for threads in [1, 2] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut best_seed = 0;
-        let seconds = (0..3)
-            .map(|_| {
-                let start = Instant::now();
-                let found = pool.install(|| search(&mesh, &topology, &SearchSettings::default(), &Unobserved)).unwrap();
-                best_seed = found.best.unwrap().seed;
-                start.elapsed().as_secs_f64()
-            })
-            .fold(f64::INFINITY, f64::min);
-        println!("all {} seeds on {threads} threads: {seconds:.3} s, best seed {best_seed}", mesh.triangles.len());
+    for (points, runs) in [(GRID, 3), (100, 1)] {
+        let mesh = grid(points, false, at);
+        let topology = Topology::new(&mesh).unwrap();
+        for (landscape, what) in [(true, "every seed to its end"), (false, "losers abandoned")] {
+            for threads in [1, 2] {
+                searches(
+                    &mesh,
+                    &topology,
+                    SearchSettings { landscape, ..SearchSettings::default() },
+                    threads,
+                    runs,
+                    what,
+                );
+            }
+        }
     }
 
     let large = grid(708, false, dome);
@@ -95,6 +98,26 @@ fn main() {
     println!(
         "{} triangles: topology {topology_seconds:.3} s, preparation {prepared_seconds:.3} s, one run {seconds:.3} s",
         large.triangles.len()
+    );
+}
+
+/// The best of several searches on so many threads.
+fn searches(mesh: &Mesh, topology: &Topology, settings: SearchSettings, threads: usize, runs: usize, what: &str) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let mut last = None;
+    let seconds = (0..runs)
+        .map(|_| {
+            let start = Instant::now();
+            last = Some(pool.install(|| search(mesh, topology, &settings, &Unobserved)).unwrap());
+            start.elapsed().as_secs_f64()
+        })
+        .fold(f64::INFINITY, f64::min);
+    let found = last.unwrap();
+    println!(
+        "{} seeds, {what}, {threads} threads: {seconds:.3} s; best {:?}, {} abandoned",
+        mesh.triangles.len(),
+        found.best.map(|best| best.seed),
+        found.abandoned
     );
 }
 
