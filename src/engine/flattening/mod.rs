@@ -3,6 +3,7 @@
 pub mod cader;
 #[cfg(test)]
 mod closed_forms;
+pub mod developable;
 mod error;
 mod mapping_order;
 mod options;
