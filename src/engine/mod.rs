@@ -14,6 +14,7 @@
 //! chosen and the domain triangulated ([`triangulation`]); the mesh is lifted to 3D; a seed is found ([`seed`]) and the
 //! mesh flattened ([`flattening`]); the distortion is measured ([`distortion`]); the loops are mapped on ([`pattern`]).
 
+pub(crate) mod boxes;
 pub mod budget;
 pub mod distortion;
 pub mod error;

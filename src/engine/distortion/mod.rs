@@ -2,16 +2,20 @@
 
 mod aspect;
 mod change;
+mod hot_spots;
 mod limits;
 mod measure;
+mod overlap;
 mod report;
 mod strain;
 mod verdict;
 
 pub use change::{Change, Original};
 pub(in crate::engine) use change::{flat_area, flat_length};
+pub use hot_spots::{HotSpot, HotSpotKind, hot_spots};
 pub use limits::{LimitCheck, Limits, Thresholds, Verdict, VerdictResult};
 pub use measure::measure;
+pub use overlap::{BorderPlace, Overlap, Overlaps, overlaps};
 pub use report::{
     AspectRatio, BoundaryReport, DistortionMeasures, DistortionReport, FlatteningReport, PatternReport,
     PlacementReport, Report, SeedSearchReport, StrainPlace, StrainReport, TriangulationReport,

@@ -13,8 +13,8 @@ use glam::DVec2;
 
 use super::checked::CheckedTrims;
 use super::chord::ChordPoint;
+use crate::engine::boxes::{Box2, Tree};
 use contact::{Cross, cross, distance};
-use outline::{Box2, Tree};
 use weld::Spot;
 
 pub(super) use contact::orient;
