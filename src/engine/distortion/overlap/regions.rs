@@ -127,7 +127,7 @@ fn gathered(
     let mut of_curve: Vec<Option<Gathered>> = vec![None; curves.0.len()];
     for (side, edge) in sides {
         let root = curves.root(side.curve) as usize;
-        let g = of_curve[root].get_or_insert_with(|| Gathered {
+        let g = of_curve[root].get_or_insert(Gathered {
             origin: side.from,
             twice_area: 0.0,
             length: 0.0,

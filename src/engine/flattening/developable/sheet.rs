@@ -83,10 +83,10 @@ impl Sheet {
                 let Some(developed) = developer.develop(domain) else { return Ok(None) };
                 let strain = strain_of(surface, &developed.panel, &mut samples);
                 let resolved = developed.resolved == [true; 2] || depth == DEEPEST;
-                if resolved && !(strain <= tolerance) {
+                if resolved && strain > tolerance {
                     return Ok(None);
                 }
-                if !(strain <= FINE) && depth < DEEPEST {
+                if strain > FINE && depth < DEEPEST {
                     halved[0][i] |= !developed.resolved[0];
                     halved[1][j] |= !developed.resolved[1];
                 }

@@ -33,7 +33,7 @@ pub(super) fn strain_of(surface: &Surface, panel: &Panel, samples: &mut FirstDer
         let uv = DVec2::new(us[k % PROBES.len()], vs[k / PROBES.len()]);
         let strain = strain(su, sv, panel.jacobian(uv));
         // A strain that is not a number is none that may be overlooked.
-        worst = if strain <= worst { worst } else { strain };
+        worst = worst.max(if strain.is_nan() { f64::INFINITY } else { strain });
     }
     worst
 }

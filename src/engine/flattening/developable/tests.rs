@@ -28,8 +28,8 @@ fn line(degree: usize) -> KnotVector {
 /// Greatest difference between distances in the plane and those of `flat`, over pairs of points of a grid of the domain.
 fn misfit(unrolled: &Unrolled, surface: &Surface, flat: impl Fn(DVec2) -> DVec2) -> f64 {
     let Domain { u, v } = surface.domain();
-    let places: Vec<DVec2> = (0..121)
-        .map(|k| DVec2::new((k % 11) as f64 / 10.0, (k / 11) as f64 / 10.0))
+    let places: Vec<DVec2> = (0..121_i32)
+        .map(|k| DVec2::new(f64::from(k % 11) / 10.0, f64::from(k / 11) / 10.0))
         .map(|x| DVec2::new(u[0] + (u[1] - u[0]) * x.x, v[0] + (v[1] - v[0]) * x.y))
         .collect();
     let mut worst = 0.0_f64;

@@ -184,7 +184,9 @@ mod tests {
     #[test]
     fn a_million_triangles_of_a_folded_sheet_stay_exact() {
         // A plane with sharp folds along its columns, finely meshed.
-        let fold = |u: f64| (100.0 * u, if (10.0 * u) as u32 % 2 == 0 { 10.0 * u % 1.0 } else { 1.0 - 10.0 * u % 1.0 });
+        let fold = |u: f64| {
+            (100.0 * u, if ((10.0 * u) as u32).is_multiple_of(2) { 10.0 * u % 1.0 } else { 1.0 - 10.0 * u % 1.0 })
+        };
         let mesh = grid(701, 701, Diagonal::Regular, |u, v| {
             let (x, z) = fold(u);
             DVec3::new(x, 80.0 * v, 3.0 * z)
