@@ -17,8 +17,8 @@ pub use limits::{LimitCheck, Limits, Thresholds, Verdict, VerdictResult};
 pub use measure::measure;
 pub use overlap::{BorderPlace, Overlap, Overlaps, overlaps};
 pub use report::{
-    AspectRatio, BoundaryReport, DistortionMeasures, DistortionReport, FlatteningReport, PatternReport,
-    PlacementReport, Report, SeedSearchReport, StrainPlace, StrainReport, TriangulationReport,
+    AspectRatio, BoundaryReport, DistortionMeasures, DistortionReport, FlatteningReport, OverlapReport, OverlapSide,
+    PatternReport, PlacementReport, Report, SeedSearchReport, StrainPlace, StrainReport, TriangulationReport,
 };
 pub use strain::{TriangleStrain, strains};
 pub use verdict::verdict;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Thresholds, Verdict};
+use super::{HotSpot, Thresholds, Verdict};
 
 /// Everything that is said of a result.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -96,8 +96,32 @@ pub struct FlatteningReport {
     pub flattened: u64,
     /// Flipped triangles.
     pub flips: u64,
-    /// Overlaps of far parts; null until something computes it.
+    /// Places where far parts of the flattening lie on each other; null where that cannot be told: it is flipped somewhere,
+    /// or its borders cross too often.
     pub overlaps: Option<u64>,
+    /// The largest of these places.
+    #[serde(default)]
+    pub overlap_places: Vec<OverlapReport>,
+}
+
+/// A place where far parts of a flattening lie on each other.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct OverlapReport {
+    /// Area of the plane that is covered more than once, mm^2.
+    pub area_mm2: f64,
+    /// Place in the pattern.
+    pub xy_mm: [f64; 2],
+    /// The two places of the part that meet there, on its boundaries; one where a whole boundary lies on the rest.
+    pub sides: Vec<OverlapSide>,
+}
+
+/// A place on a boundary of the part.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct OverlapSide {
+    /// Place in the domain.
+    pub uv: Option<[f64; 2]>,
+    /// Place in space.
+    pub xyz_mm: [f64; 3],
 }
 
 /// The seed search (thesis 4.4.4).
@@ -227,6 +251,9 @@ pub struct DistortionReport {
     pub boundary: Vec<BoundaryReport>,
     /// The thresholds of the averages.
     pub thresholds: Thresholds,
+    /// Where to look first, the worst place first.
+    #[serde(default)]
+    pub hot_spots: Vec<HotSpot>,
 }
 
 /// The pattern.

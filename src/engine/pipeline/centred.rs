@@ -71,7 +71,12 @@ impl Home {
     }
 
     fn report_back(&self, report: &mut Report) {
+        let back = |xyz_mm: &mut [f64; 3]| *xyz_mm = (DVec3::from(*xyz_mm) + self.offset).to_array();
+        if let Some(flattening) = &mut report.flattening {
+            flattening.overlap_places.iter_mut().flat_map(|o| &mut o.sides).for_each(|side| back(&mut side.xyz_mm));
+        }
         if let Some(distortion) = &mut report.distortion {
+            distortion.hot_spots.iter_mut().for_each(|spot| back(&mut spot.at.xyz_mm));
             self.measures_back(&mut distortion.part);
             if let Some(base) = &mut distortion.base {
                 self.measures_back(base);

@@ -6,6 +6,7 @@
 //! begin. What comes out holds no clock, id or timing: the same input gives the same bytes.
 
 mod centred;
+mod findings;
 mod flattened;
 mod meshed;
 mod of_mesh;
@@ -25,6 +26,7 @@ use super::pattern::{self, DrawInput, Locator, Pattern};
 use super::seed::SeedLandscape;
 use super::trimming::{Side, TrimmedSurface};
 use centred::Centred;
+use findings::Lying;
 use flattened::Sheet;
 use meshed::Meshed;
 
@@ -226,19 +228,25 @@ fn flatten(
     let base = part.map(|_| distortion::measure(mesh, &meshed.topology, &flat, None, options.thresholds));
     observer.check()?;
     let verdict = distortion::verdict(&options.limits, &measures, &drawn.boundary);
+    let lying = Lying { mesh, topology: &meshed.topology, flat: &flat, mirrored: drawn.transform.mirrored, part };
+    let mut flattening = reports::flattening(mesh, &laid, options);
+    lying.overlaps(&mut flattening, observer)?;
+    let hot_spots = lying.hot_spots(&options.limits);
+    observer.check()?;
     let mut warnings = meshed.warnings();
     warnings.extend(laid.warnings.iter().cloned());
+    warnings.extend(Lying::warning(&flattening));
     let mut filled = meshed.options.clone();
     filled.flattening.seed = laid.seed_choice;
     filled.curve_tolerance_mm = Some(meshed.curve_tolerance);
     Ok(Outcome {
         mesh: mesh.clone(),
         normals: meshed.lifted.normals.clone(),
-        strain_percent: Some(reports::strains(mesh, &flat)),
+        strain_percent: Some(lying.strains()),
         part: part.map(<[bool]>::to_vec),
         report: Report {
             triangulation: reports::triangulation(meshed, observer)?,
-            flattening: Some(reports::flattening(mesh, &laid, options)),
+            flattening: Some(flattening),
             seed_search: laid.search,
             placement: Some(drawn.placement),
             verdict: Some(verdict),
@@ -247,6 +255,7 @@ fn flatten(
                 base,
                 boundary: drawn.boundary,
                 thresholds: options.thresholds,
+                hot_spots,
             }),
             pattern: Some(drawn.report),
             warnings,

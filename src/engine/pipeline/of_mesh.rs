@@ -8,6 +8,7 @@
 use glam::DVec3;
 
 use super::centred::centred_mesh;
+use super::findings::Lying;
 use super::flattened::{self, Laid, Sheet};
 use super::{Failure, Outcome, SurfaceMesh, reports};
 use crate::engine::budget::{Observer, Stage};
@@ -138,17 +139,28 @@ fn flatten(
     let measures = distortion::measure(mesh, topology, &flat, None, options.thresholds);
     observer.check()?;
     let verdict = distortion::verdict(&options.limits, &measures, &drawn.boundary);
+    let lying = Lying { mesh, topology, flat: &flat, mirrored: drawn.transform.mirrored, part: None };
+    let mut flattening = report(mesh, &laid, options);
+    lying.overlaps(&mut flattening, observer)?;
+    let hot_spots = lying.hot_spots(&options.limits);
+    observer.check()?;
     let mut outcome = meshed(ready, options);
     outcome.report.warnings.extend(laid.warnings.iter().cloned());
+    outcome.report.warnings.extend(Lying::warning(&flattening));
     outcome.options.flattening.seed = laid.seed_choice;
-    outcome.strain_percent = Some(reports::strains(mesh, &flat));
-    outcome.report.flattening = Some(report(mesh, &laid, options));
+    outcome.strain_percent = Some(lying.strains());
+    outcome.report.flattening = Some(flattening);
     outcome.report.seed_search = laid.search;
     outcome.seeds = laid.landscape;
     outcome.report.placement = Some(drawn.placement);
     outcome.report.verdict = Some(verdict);
-    outcome.report.distortion =
-        Some(DistortionReport { part: measures, base: None, boundary: drawn.boundary, thresholds: options.thresholds });
+    outcome.report.distortion = Some(DistortionReport {
+        part: measures,
+        base: None,
+        boundary: drawn.boundary,
+        thresholds: options.thresholds,
+        hot_spots,
+    });
     outcome.report.pattern = Some(drawn.report);
     outcome.pattern = Some(drawn.pattern);
     outcome.flat = Some(flat);

@@ -80,6 +80,7 @@ pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> Flat
         flattened: laid.flattened,
         flips: flips(mesh, &laid.flat),
         overlaps: None,
+        overlap_places: Vec::new(),
     }
 }
 

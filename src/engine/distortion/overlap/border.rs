@@ -50,7 +50,7 @@ impl Border {
         let mut border = Self::default();
         for halfedges in topology.borders() {
             let points = halfedges.iter().map(|&h| flat[topology.origin(h) as usize]);
-            if points.clone().all(|p| p.is_finite()) {
+            if points.clone().all(DVec2::is_finite) {
                 border.push(points, halfedges);
             }
         }
@@ -161,7 +161,7 @@ impl Border {
     }
 }
 
-/// A number whose bits look random (the finaliser of SplitMix64).
+/// A number whose bits look random (the finaliser of `SplitMix64`).
 fn scattered(k: u64) -> u64 {
     let mut z = k.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
