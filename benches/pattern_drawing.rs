@@ -84,6 +84,7 @@ fn main() {
                 lifted: &lifted,
                 topology: &topology,
                 locator: &locator,
+                exact: None,
                 flat: &flat,
                 part: &part,
                 placement: &Placement::default(),

@@ -11,6 +11,7 @@ use super::{Contour, Pattern, Piece};
 use crate::engine::budget::Observer;
 use crate::engine::distortion::{BoundaryReport, PatternReport, PlacementReport};
 use crate::engine::error::EngineError;
+use crate::engine::flattening::developable::Unrolled;
 use crate::engine::mesh::Topology;
 use crate::engine::nurbs::Surface;
 use crate::engine::triangulation::Lifted;
@@ -41,6 +42,8 @@ pub struct DrawInput<'a> {
     pub topology: &'a Topology,
     /// The locator of the domain mesh.
     pub locator: &'a Locator<'a>,
+    /// The map that placed them, when the surface was unrolled exactly: curves are then mapped by it as well.
+    pub exact: Option<&'a Unrolled>,
     /// Where the mesh's vertices lie in the plane, mm; NaN where they do not. Triangles are anticlockwise.
     pub flat: &'a [DVec2],
     /// For each triangle of the mesh whether it belongs to the part (see [`super::triangles_of_part`]).
@@ -75,7 +78,7 @@ pub struct Drawn {
 pub fn draw(input: &DrawInput<'_>, observer: &dyn Observer) -> Result<Drawn, EngineError> {
     let tolerance = curve_tolerance(input)?;
     let region = input.trims.polygonise(input.surface, tolerance)?;
-    let map = FlatMap::new(input.surface, input.lifted, input.topology, input.locator, input.flat);
+    let map = FlatMap::new(input.surface, input.lifted, input.topology, input.locator, input.flat, input.exact);
     let tracer = Tracer { surface: input.surface, trims: input.trims, region: &region, map: &map, tolerance, observer };
     let mut budget = 0;
     let loops = (0..region.loops.len()).map(|l| tracer.flat_loop(l, &mut budget)).collect::<Result<Vec<_>, _>>()?;

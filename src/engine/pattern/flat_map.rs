@@ -7,10 +7,14 @@
 //! The mesh of a trimmed domain is bounded by chords, and the exact curve may lie outside by up to their height. There the
 //! nearest triangle's affine map is continued, as far as lengths in the plane agree with those on the surface (in a
 //! sliver they may not); else the nearest point stands.
+//!
+//! Of a surface that was unrolled exactly the place in the plane comes from that map, and from the triangle only the place
+//! on the mesh.
 
 use glam::{DVec2, DVec3};
 
 use super::locator::{Located, Locator};
+use crate::engine::flattening::developable::Unrolled;
 use crate::engine::mesh::Topology;
 use crate::engine::nurbs::Surface;
 use crate::engine::triangulation::Lifted;
@@ -30,6 +34,7 @@ pub(super) struct FlatMap<'a> {
     flat: &'a [DVec2],
     locator: &'a Locator<'a>,
     topology: &'a Topology,
+    exact: Option<&'a Unrolled>,
 }
 
 /// A point of the domain on the mesh and in the plane.
@@ -42,15 +47,17 @@ pub(super) struct Mapped {
 }
 
 impl<'a> FlatMap<'a> {
-    /// The map of a mesh whose vertex `k` lies at `flat[k]`; with the mesh's topology and the domain mesh's locator.
+    /// The map of a mesh whose vertex `k` lies at `flat[k]`; with the mesh's topology, the domain mesh's locator, and the
+    /// map that the vertices were placed by when they were unrolled.
     pub(super) const fn new(
         surface: &'a Surface,
         lifted: &'a Lifted,
         topology: &'a Topology,
         locator: &'a Locator<'a>,
         flat: &'a [DVec2],
+        exact: Option<&'a Unrolled>,
     ) -> Self {
-        Self { surface, lifted, flat, locator, topology }
+        Self { surface, lifted, flat, locator, topology, exact }
     }
 
     /// How many pieces the mesh has.
@@ -89,11 +96,14 @@ impl<'a> FlatMap<'a> {
             self.locator.locate_among(uv, |t| self.piece_of(t).is_none_or(|p| p == piece))?
         };
         let corners = self.mesh_corners(located.triangle);
-        let mapped = self.mapped(corners, located.weights);
-        if located.inside {
-            return Some(mapped);
+        let mut mapped = self.mapped(corners, located.weights);
+        if !located.inside {
+            mapped = self.continued(uv, corners, &located, mapped).unwrap_or(mapped);
         }
-        Some(self.continued(uv, corners, &located, mapped).unwrap_or(mapped))
+        if let Some(exact) = self.exact {
+            mapped.flat = exact.map(uv);
+        }
+        Some(mapped)
     }
 
     /// Continues the triangle's map beyond its border, where that is sound.
@@ -117,6 +127,9 @@ impl<'a> FlatMap<'a> {
     /// The map's derivative at a point: where the unit steps along u and v go in the plane. `None` where the triangle there
     /// is not flattened.
     pub(super) fn jacobian(&self, uv: DVec2, piece: u32) -> Option<[DVec2; 2]> {
+        if let Some(exact) = self.exact {
+            return Some(exact.jacobian(uv));
+        }
         // A triangle that vanished in space has no derivative.
         let triangle = self.locator.locate_among(uv, |t| self.piece_of(t) == Some(piece))?.triangle;
         let [a, b, c] = self.locator.corners(triangle);

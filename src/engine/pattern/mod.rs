@@ -17,6 +17,8 @@ mod part;
 mod placement;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod unrolled_tests;
 
 pub use draw::{DEFAULT_CURVE_TOLERANCE, DrawInput, Drawn, draw};
 pub use locator::{Located, Locator};

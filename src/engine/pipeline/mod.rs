@@ -213,6 +213,7 @@ fn flatten(
         lifted: &meshed.lifted,
         topology: &meshed.topology,
         locator: &locator,
+        exact: None,
         flat: &laid.flat,
         part: &inside,
         placement: &options.placement,
