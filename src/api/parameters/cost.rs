@@ -51,9 +51,8 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
         (None, None, None) => CADER_TRIANGLES.1,
     };
     let searched = match (kind, options.flattening.seed) {
-        (JobKind::Triangulate, _) => false,
         (JobKind::OptimumSeedSearch, _) | (JobKind::Flatten, Some(SeedChoice::Optimum)) => true,
-        (JobKind::Flatten, Some(_)) => false,
+        (JobKind::Triangulate, _) | (JobKind::Flatten, Some(_)) => false,
         (JobKind::Flatten, None) => triangles <= OPTIMUM_UP_TO as u64,
     };
     if !searched {

@@ -51,8 +51,7 @@ impl ResultKind {
         match self {
             Self::Mesh => &[Form::Glb, Form::Obj, Form::Stl, Form::Ply, Form::Json],
             Self::Pattern => &[Form::Svg, Form::Dxf, Form::Json],
-            Self::Report => &[Form::Json, Form::Csv],
-            Self::Seeds => &[Form::Json, Form::Csv],
+            Self::Report | Self::Seeds => &[Form::Json, Form::Csv],
         }
     }
 }

@@ -181,8 +181,12 @@ impl MeshFault {
                 (vertices, std::slice::from_mut(triangle))
             }
         };
-        vertices.iter_mut().for_each(|v| of(&piece.vertex_of, v));
-        triangles.iter_mut().for_each(|t| of(&piece.triangle_of, t));
+        for vertex in vertices {
+            of(&piece.vertex_of, vertex);
+        }
+        for triangle in triangles {
+            of(&piece.triangle_of, triangle);
+        }
         self
     }
 }

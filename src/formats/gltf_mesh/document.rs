@@ -1,6 +1,8 @@
 //! The JSON of a glTF file, as far as a mesh needs it. Numbers are read as they come; whether they have a meaning is
 //! looked at where they are used. Lists are bounded while they are read.
 
+#![expect(clippy::zero_sized_map_values, reason = "serde fills maps; a set of names would need a visitor of its own")]
+
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
@@ -131,7 +133,7 @@ pub(super) struct Buffer {
 
 /// A whole number that is at least 0 and exact in a double; absent: `None`.
 pub(super) fn whole(number: f64) -> Option<u64> {
-    (number >= 0.0 && number <= 9e15 && number.fract() == 0.0).then_some(number as u64)
+    ((0.0..=9e15).contains(&number) && number.fract() == 0.0).then_some(number as u64)
 }
 
 /// A list of at most [`MAX_OBJECTS`].

@@ -97,6 +97,8 @@ pub(super) fn read(
 }
 
 type Where = (String, String);
+/// Positions, and triangles among them.
+type Geometry = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
 /// How many vertices and triangles a primitive says that it has.
 fn size(document: &Document, primitive: &Primitive, position: f64, mode: u64) -> Result<[u64; 2], Where> {
@@ -117,7 +119,7 @@ fn one(
     primitive: &Primitive,
     position: f64,
     mode: u64,
-) -> Result<(Vec<[f64; 3]>, Vec<[u32; 3]>), Where> {
+) -> Result<Geometry, Where> {
     let at = |accessor: f64| format!("/accessors/{accessor}");
     let positions = accessors::positions(document, buffers, position).map_err(|detail| (at(position), detail));
     let indices = match primitive.indices {

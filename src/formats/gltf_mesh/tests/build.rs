@@ -77,7 +77,7 @@ impl File {
         file
     }
 
-    fn with_buffer(&self, buffer: Value) -> Value {
+    fn with_buffer(&self, buffer: &Value) -> Value {
         let mut json = self.json.clone();
         if json["buffers"] == json!([]) && !self.binary.is_empty() {
             json["buffers"] = json!([buffer]);
@@ -87,14 +87,14 @@ impl File {
 
     /// As `.glb`.
     pub(super) fn glb(&self) -> Vec<u8> {
-        let json = self.with_buffer(json!({ "byteLength": self.binary.len() }));
+        let json = self.with_buffer(&json!({ "byteLength": self.binary.len() }));
         container(json.to_string().as_bytes(), Some(&self.binary))
     }
 
     /// As `.gltf` with its buffer embedded.
     pub(super) fn gltf(&self) -> Vec<u8> {
         let uri = format!("data:application/octet-stream;base64,{}", base64(&self.binary));
-        self.with_buffer(json!({ "byteLength": self.binary.len(), "uri": uri })).to_string().into_bytes()
+        self.with_buffer(&json!({ "byteLength": self.binary.len(), "uri": uri })).to_string().into_bytes()
     }
 }
 

@@ -38,6 +38,9 @@ fn set(json: &mut Value, pointer: &str, value: Value) {
     }
 }
 
+/// A change to what an accessor says.
+type Change = fn(&mut Value);
+
 #[test]
 fn accessors_that_lie_are_refused_at_their_place() {
     for (pointer, value, at, words) in [
@@ -107,7 +110,7 @@ fn sparse_parts_that_lie_are_refused() {
         file.json["accessors"][0]["sparse"] = sparse;
         file
     };
-    let cases: [(fn(&mut Value), &str); 4] = [
+    let cases: [(Change, &str); 4] = [
         (|s| s["count"] = json!(5), "sparse count"),
         (|s| s["count"] = json!(2), "do not fit"),
         (|s| s["indices"]["componentType"] = json!(5126), "unsigned"),
