@@ -69,7 +69,8 @@ fn factorise_all<const D: usize, const FUSED: bool>(
     matrix: &Matrix<D>,
     floor: f64,
 ) {
-    for front in &symbolic.fronts {
+    // Where a part falls apart by itself its separator is empty, and so may be its front.
+    for front in symbolic.fronts.iter().filter(|front| front.height > 0) {
         let (height, columns) = (front.height as usize, front.columns as usize);
         let panel = &mut factor.panels[front.panel..front.panel + columns * height];
         panel.fill(0.0);
@@ -153,7 +154,7 @@ fn solve_all<const D: usize, const FUSED: bool>(
     unknowns: &mut [[f64; D]],
 ) {
     let Factor { panels, work, .. } = factor;
-    for front in &symbolic.fronts {
+    for front in symbolic.fronts.iter().filter(|front| front.height > 0) {
         let (height, columns) = (front.height as usize, front.columns as usize);
         let work = &mut work[..height];
         work.fill(0.0);
@@ -193,7 +194,7 @@ fn solve_all<const D: usize, const FUSED: bool>(
             }
         }
     }
-    for front in symbolic.fronts.iter().rev() {
+    for front in symbolic.fronts.iter().rev().filter(|front| front.height > 0) {
         let (height, columns) = (front.height as usize, front.columns as usize);
         let work = &mut work[..height];
         work.fill(0.0);

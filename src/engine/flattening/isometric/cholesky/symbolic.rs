@@ -109,9 +109,8 @@ impl<const D: usize> Symbolic<D> {
         let mut row_of = vec![0_u32; count];
         let mut mark = vec![u32::MAX; count];
         for (number, node) in dissection.nodes.iter().enumerate() {
-            // A left child's buffer has an even number, a right child's an odd one: see below, where the parent sets it.
             let front = Front { start: node.start, end: node.end, children: node.children, ..Front::default() };
-            symbolic.add_front(number as u32, front, node.depth, &mut mark, &mut row_of);
+            symbolic.add_front(number as u32, front, &mut mark, &mut row_of);
         }
         symbolic.parent_rows.resize(symbolic.passed.len(), 0);
         symbolic.assign_buffers(&dissection.nodes.iter().map(|n| n.depth).collect::<Vec<_>>());
@@ -134,7 +133,22 @@ impl<const D: usize> Symbolic<D> {
         self.rows[from..to].binary_search(&row).ok().map(|at| (from + at) as u32)
     }
 
-    fn add_front(&mut self, number: u32, mut front: Front, _depth: u32, mark: &mut [u32], row_of: &mut [u32]) {
+    /// Takes the held vertices' unknowns out of a matrix: their rows become those of the unit matrix.
+    pub(crate) fn hold(&self, matrix: &mut Matrix<D>, held: &[bool]) {
+        for column in 0..self.order.len() {
+            let entries = self.column_starts[column] as usize..self.column_starts[column + 1] as usize;
+            for (row, block) in self.rows[entries.clone()].iter().zip(&mut matrix.below[entries]) {
+                if held[column] || held[*row as usize] {
+                    *block = [[0.0; D]; D];
+                }
+            }
+            if held[column] {
+                matrix.diagonal[column] = std::array::from_fn(|c| std::array::from_fn(|r| f64::from(u8::from(c == r))));
+            }
+        }
+    }
+
+    fn add_front(&mut self, number: u32, mut front: Front, mark: &mut [u32], row_of: &mut [u32]) {
         let from = self.passed.len();
         for column in front.start..front.end {
             let [a, b] = [0, 1].map(|k| self.column_starts[column as usize + k] as usize);

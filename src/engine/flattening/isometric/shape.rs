@@ -1,0 +1,146 @@
+//! A mesh's triangles as the energies see them: shape at rest, weight, and the matrix of a map of each.
+//!
+//! Lengths are divided by a power of two near the square root of the mesh's area, so that nothing depends on the unit and
+//! nothing is lost in going back. Places are numbered in the order of the factorisation.
+
+use glam::{DVec2, DVec3};
+use robust::{Coord, orient2d};
+
+use super::energy::{Energy, Jet};
+use crate::engine::mesh::Mesh;
+
+/// Height over longest edge below which a triangle counts as this much higher. Its shape is then a little wrong, which
+/// weighs nothing (so does its area), while true slivers would make the Hessian's entries differ beyond what numbers of
+/// sixteen digits can hold.
+const SLIVER: f64 = 1e-7;
+
+/// Where the determinant is more than this part of the squared size of the map, rounding cannot have its sign wrong.
+const SURE: f64 = 1e-12;
+
+/// A triangle at rest.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cell {
+    /// Corners in the factorisation's numbering.
+    pub(super) corners: [u32; 3],
+    /// Gradients of the second and the third corner's hat function in the triangle's plane; the first's is minus their sum.
+    pub(super) gradients: [[f64; 2]; 2],
+    /// Share of the mesh's area.
+    pub(super) weight: f64,
+}
+
+/// All triangles.
+#[derive(Debug, Clone)]
+pub(super) struct Shape {
+    pub(super) cells: Vec<Cell>,
+    /// Lengths of the mesh over lengths here: a power of two.
+    pub(super) unit: f64,
+    /// For each place its share of the area.
+    pub(super) masses: Vec<f64>,
+}
+
+impl Shape {
+    /// The triangles of a mesh whose vertices are numbered anew by `rank`. `None` when it has no area that numbers can
+    /// hold.
+    pub(super) fn new(mesh: &Mesh, rank: &[u32]) -> Option<Self> {
+        let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize]);
+        let area: f64 = mesh.triangles.iter().map(|t| area(corners(t))).sum();
+        if !(area.is_finite() && area > f64::MIN_POSITIVE) {
+            return None;
+        }
+        let unit = area.sqrt().log2().round().exp2();
+        let total = area / (unit * unit);
+        let mut masses = vec![0.0; rank.len()];
+        let mut cells = Vec::with_capacity(mesh.triangles.len());
+        for t in &mesh.triangles {
+            let cell = cell(corners(t).map(|p| p / unit), t.map(|v| rank[v as usize]), total)?;
+            for corner in cell.corners {
+                masses[corner as usize] += cell.weight / 3.0;
+            }
+            cells.push(cell);
+        }
+        Some(Self { cells, unit, masses })
+    }
+
+    /// Area-weighted mean energy of a map; infinite as soon as one triangle turns over or collapses.
+    pub(super) fn energy(&self, energy: Energy, flat: &[[f64; 2]]) -> f64 {
+        let mut sum = 0.0;
+        for cell in &self.cells {
+            let jet = cell.jet(flat);
+            let value = energy.value(&jet);
+            if !(value < f64::INFINITY) || !cell.is_upright(&jet, flat) {
+                return f64::INFINITY;
+            }
+            sum += cell.weight * value;
+        }
+        sum
+    }
+
+    /// Whether no triangle turns over, exactly.
+    pub(super) fn lies_upright(&self, flat: &[[f64; 2]]) -> bool {
+        self.cells.iter().all(|cell| cell.is_upright(&cell.jet(flat), flat))
+    }
+}
+
+fn area([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// The triangle laid flat over its longest edge; `None` when it is a point.
+fn cell(places: [DVec3; 3], corners: [u32; 3], total: f64) -> Option<Cell> {
+    // Over its longest edge the height is best known. The turn keeps the corners' sense.
+    let squared = [0, 1, 2].map(|k| places[(k + 1) % 3].distance_squared(places[k]));
+    let first = (0..3).fold(0, |best, k| if squared[k] > squared[best] { k } else { best });
+    let [a, b, c] = [0, 1, 2].map(|k| places[(first + k) % 3]);
+    let base = squared[first].sqrt();
+    let double = (b - a).cross(c - a).length();
+    let height = (double / base).max(SLIVER * base);
+    let along = (c - a).dot(b - a) / base;
+    if !(base > 0.0 && height > 0.0) {
+        return None;
+    }
+    let turned = [0, 1, 2].map(|k| corners[(first + k) % 3]);
+    Some(Cell {
+        corners: turned,
+        gradients: [[1.0 / base, -along / (base * height)], [0.0, 1.0 / height]],
+        weight: 0.5 * double / total,
+    })
+}
+
+impl Cell {
+    /// The matrix of the map of this triangle.
+    #[inline]
+    pub(super) fn jet(&self, flat: &[[f64; 2]]) -> Jet {
+        let [a, b, c] = self.corners.map(|v| flat[v as usize]);
+        let edges = [[b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]];
+        self.jet_of(edges)
+    }
+
+    /// The same for the two edges at the first corner.
+    #[inline]
+    pub(super) fn jet_of(&self, edges: [[f64; 2]; 2]) -> Jet {
+        let mut jet = Jet::default();
+        for (e, g) in edges.iter().zip(&self.gradients) {
+            jet.turn[0] += 0.5 * (e[0] * g[0] + e[1] * g[1]);
+            jet.turn[1] += 0.5 * (e[1] * g[0] - e[0] * g[1]);
+            jet.shear[0] += 0.5 * (e[0] * g[0] - e[1] * g[1]);
+            jet.shear[1] += 0.5 * (e[0] * g[1] + e[1] * g[0]);
+        }
+        jet
+    }
+
+    /// Whether the triangle lies the right way up: by its map where that is sure, else by the exact predicate.
+    #[inline]
+    pub(super) fn is_upright(&self, jet: &Jet, flat: &[[f64; 2]]) -> bool {
+        let (det, size) = (jet.determinant(), jet.norm_squared());
+        if det > SURE * size && size < 1.0 / SURE && size > SURE {
+            return true;
+        }
+        let [a, b, c] = self.corners.map(|v| flat[v as usize]).map(|[x, y]| Coord { x, y });
+        orient2d(a, b, c) > 0.0
+    }
+}
+
+/// A map given in lengths of the mesh.
+pub(super) fn enlarged(flat: &[[f64; 2]], unit: f64, rank: &[u32]) -> Vec<DVec2> {
+    rank.iter().map(|&r| DVec2::from_array(flat[r as usize]) * unit).collect()
+}
