@@ -5,7 +5,7 @@
 //! follow from the other two's, since the gradients add up to nought.
 
 use super::cholesky::{Matrix, Symbolic};
-use super::energy::{Derivatives, Energy};
+use super::energy::{Curvature, Derivatives, Energy};
 use super::shape::{Cell, Shape};
 
 /// Weight of a pull to where each place is now, per area, beside energies whose curvature is near 8. It settles what the
@@ -36,16 +36,16 @@ impl Assembly {
         Some(Self { slots })
     }
 
-    /// Writes the positive semidefinite Hessian and the gradient of the mean energy.
+    /// Writes the Hessian, or what stands for it, and the gradient of the mean energy.
     pub(super) fn hessian(
         &self,
         shape: &Shape,
-        energy: Energy,
+        (energy, curvature): (Energy, Curvature),
         flat: &[[f64; 2]],
         matrix: &mut Matrix<2>,
         gradient: &mut [[f64; 2]],
     ) {
-        self.quadratic(shape, |cell| energy.derivatives(&cell.jet(flat)), matrix, gradient);
+        self.quadratic(shape, |cell| energy.derivatives(&cell.jet(flat), curvature), matrix, gradient);
     }
 
     /// Writes a sum over triangles of forms in (p, q), given by their gradient and Hessian.

@@ -45,6 +45,18 @@ pub(crate) struct Derivatives {
     pub(crate) hessian: [[f64; 4]; 4],
 }
 
+/// Which quadratic stands for the energy around a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Curvature {
+    /// Each singular value on a parabola about 1 (the reweighting of SLIM, Rabinovich et al. 2017): collapsed triangles
+    /// open in one step where Newton's method would need many, but the last digits come slowly.
+    Secant,
+    /// The Hessian with its negative eigenvalues set to nought.
+    Projected,
+    /// The Hessian itself: exact, so that the last digits come fast, but good for a least value alone.
+    Full,
+}
+
 /// First and second derivatives by P and Q.
 struct Radial {
     /// dE/dP / P: what turning p costs.
@@ -134,7 +146,7 @@ impl Energy {
 
     /// Derivatives of the energy of a map that does not turn over.
     #[inline]
-    pub(crate) fn derivatives(self, jet: &Jet) -> Derivatives {
+    pub(crate) fn derivatives(self, jet: &Jet, curvature: Curvature) -> Derivatives {
         let (p2, q2) = jet.squares();
         let (p, q) = (p2.sqrt(), q2.sqrt());
         let radial = self.radial(p, q, p2 - q2);
@@ -148,8 +160,17 @@ impl Energy {
             if length > 0.0 { [z[0] / length, z[1] / length] } else { [1.0, 0.0] }
         };
         let (u, w) = (direction(jet.turn, p), direction(jet.shear, q));
-        let [pp, pq, qq] = semidefinite(radial.pp, radial.pq, radial.qq);
-        let (turn, shear) = (radial.turn.max(0.0), radial.shear.max(0.0));
+        // Curvatures along and across: of p, mixed, of q.
+        let (along, across) = match curvature {
+            Curvature::Full => ([radial.pp, radial.pq, radial.qq], [radial.turn, 0.0, radial.shear]),
+            Curvature::Projected => {
+                (semidefinite(radial.pp, radial.pq, radial.qq), [radial.turn.max(0.0), 0.0, radial.shear.max(0.0)])
+            }
+            Curvature::Secant => {
+                let [a, b] = self.secants(p + q, p - q);
+                ([a + b, a - b, a + b], [a + b, b - a, a + b])
+            }
+        };
         let own = |d: [f64; 2], along: f64, across: f64| {
             let mixed = (along - across) * d[0] * d[1];
             [
@@ -157,8 +178,13 @@ impl Energy {
                 [mixed, along * d[1] * d[1] + across * d[0] * d[0]],
             ]
         };
-        let (a, b) = (own(u, pp, turn), own(w, qq, shear));
-        let c = [[pq * u[0] * w[0], pq * u[0] * w[1]], [pq * u[1] * w[0], pq * u[1] * w[1]]];
+        let (a, b) = (own(u, along[0], across[0]), own(w, along[2], across[2]));
+        // Across u is (-u1, u0), across w likewise.
+        let (m, n) = (along[1], across[1]);
+        let c = [
+            [m * u[0] * w[0] + n * u[1] * w[1], m * u[0] * w[1] - n * u[1] * w[0]],
+            [m * u[1] * w[0] - n * u[0] * w[1], m * u[1] * w[1] + n * u[0] * w[0]],
+        ];
         Derivatives {
             gradient,
             hessian: [
@@ -167,6 +193,16 @@ impl Energy {
                 [c[0][0], c[1][0], b[0][0], b[0][1]],
                 [c[0][1], c[1][1], b[1][0], b[1][1]],
             ],
+        }
+    }
+
+    /// For each singular value the curvature of the parabola about 1 that has the energy's slope there.
+    fn secants(self, s1: f64, s2: f64) -> [f64; 2] {
+        match self {
+            Self::Weighted { area, shape } => {
+                [s1, s2].map(|s| 2.0 * area.max(shape) * (s + 1.0) * (s * s + 1.0) / (s * s * s))
+            }
+            Self::Arap => [2.0; 2],
         }
     }
 }
@@ -217,7 +253,7 @@ mod tests {
             let at = |t: f64| {
                 let mut y = x;
                 y[i] += t;
-                energy.derivatives(&jet(y)).gradient
+                energy.gradient(&jet(y))
             };
             let (a, b) = (at(step), at(-step));
             std::array::from_fn(|j| (a[j] - b[j]) / (2.0 * step))
@@ -259,7 +295,7 @@ mod tests {
         fn the_gradient_is_that_of_the_value(s1 in 0.3..3.0, ratio in 0.1..1.0, alpha in 0.0..6.3, beta in 0.0..6.3) {
             let x = map(s1, s1 * ratio, alpha, beta);
             for energy in ENERGIES {
-                let gradient = energy.derivatives(&jet(x)).gradient;
+                let gradient = energy.gradient(&jet(x));
                 let scale = 1.0 + gradient.iter().fold(0.0_f64, |m, g| m.max(g.abs()));
                 for i in 0..4 {
                     let at = |t: f64| { let mut y = x; y[i] += t; energy.value(&jet(y)) };
@@ -277,7 +313,7 @@ mod tests {
             // Where the map enlarges both ways a little, all eigenvalues are positive.
             let x = map(1.05 * s.max(t), 1.05 * s.min(t), alpha, beta);
             for energy in ENERGIES {
-                let (found, expected) = (energy.derivatives(&jet(x)).hessian, differences(energy, x));
+                let (found, expected) = (energy.derivatives(&jet(x), Curvature::Full).hessian, differences(energy, x));
                 for i in 0..4 {
                     for j in 0..4 {
                         prop_assert!((found[i][j] - expected[i][j]).abs() < 1e-5, "{energy:?} {i} {j}");
@@ -293,7 +329,7 @@ mod tests {
         ) {
             let x = map(s1, s1 * ratio, alpha, beta);
             for energy in ENERGIES {
-                let (found, expected) = (energy.derivatives(&jet(x)).hessian, differences(energy, x));
+                let (found, expected) = (energy.derivatives(&jet(x), Curvature::Projected).hessian, differences(energy, x));
                 let form = |h: &[[f64; 4]; 4]| {
                     (0..4).map(|i| (0..4).map(|j| d[i] * h[i][j] * d[j]).sum::<f64>()).sum::<f64>()
                 };

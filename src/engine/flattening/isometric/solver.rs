@@ -9,7 +9,7 @@
 
 use super::assembly::{Assembly, gradient_of};
 use super::cholesky::{Factor, Matrix, Symbolic};
-use super::energy::Energy;
+use super::energy::{Curvature, Energy};
 use super::search::search;
 use super::shape::Shape;
 use crate::engine::budget::Observer;
@@ -31,6 +31,14 @@ const STILL_SERVES: f64 = 0.1;
 
 /// Most steps with one factor.
 const MAX_KEPT: usize = 12;
+
+/// Mean energy from which a map counts as far from the least.
+const FAR: f64 = 0.5;
+const SLOW: f64 = 0.3;
+const NEAR: f64 = 0.03;
+/// Moving and turning the whole.
+const RIGID: usize = 3;
+fn trace() -> bool { std::env::var("ISO_TRACE").is_ok() }
 
 /// What a run came to.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -83,13 +91,31 @@ impl<'a> Solver<'a> {
         observer: &dyn Observer,
     ) -> Result<Run, EngineError> {
         let mut run = Run { energy: self.shape.energy(energy, flat), ..Run::default() };
+        let mut curvature = if run.energy > FAR { Curvature::Secant } else { Curvature::Projected };
+        let mut before = f64::INFINITY;
         for round in 0..max_rounds {
             observer.check()?;
             observer.progress(round as f64 / (round + 4) as f64);
-            self.assembly.hessian(self.shape, energy, flat, &mut self.matrix, &mut self.gradient);
+            let gain = (before - run.energy) / before;
+            before = run.energy;
+            let next = match curvature {
+                Curvature::Secant if gain < SLOW => Curvature::Projected,
+                Curvature::Projected if gain < NEAR => Curvature::Full,
+                same => same,
+            };
+            curvature = next;
+            self.assembly.hessian(self.shape, (energy, curvature), flat, &mut self.matrix, &mut self.gradient);
             self.hold();
-            self.factor.factorise(self.symbolic, &self.matrix);
+            let held = self.factor.factorise(self.symbolic, &self.matrix);
             run.rounds += 1;
+            if curvature == Curvature::Full && held > RIGID {
+                if trace() { eprintln!("not positive: {held}"); }
+                curvature = Curvature::Projected;
+                self.assembly.hessian(self.shape, (energy, curvature), flat, &mut self.matrix, &mut self.gradient);
+                self.hold();
+                self.factor.factorise(self.symbolic, &self.matrix);
+                run.rounds += 1;
+            }
             let mut promise = self.promise();
             for kept in 0..=MAX_KEPT {
                 let enough = promise <= TOLERANCE * run.energy + RESOLUTION;
@@ -103,7 +129,7 @@ impl<'a> Solver<'a> {
                     }
                     break;
                 };
-                if std::env::var("ISO_TRACE").is_ok() { eprintln!("round {round} kept {kept} E {:.6e} -> {reached:.6e} promise {promise:.2e} step {step:.3e}", run.energy); }
+                if trace() { eprintln!("{curvature:?} round {round} kept {kept} E {:.6e} -> {reached:.6e} promise {promise:.2e} step {step:.3e}", run.energy); }
                 std::mem::swap(flat, &mut self.next);
                 run.energy = reached;
                 run.kept += usize::from(kept > 0);

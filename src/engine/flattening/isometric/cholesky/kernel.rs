@@ -51,10 +51,11 @@ fn store(tile: &Tile, to: &mut [f64], stride: usize, row: usize) {
 }
 
 /// Factorises all columns of a panel in place. A pivot that is not above `floor` is replaced by infinity's stand-in: its
-/// unknown stays where it is.
+/// unknown stays where it is. Gives how many were.
 #[inline(always)]
-pub(super) fn factorise<const FUSED: bool>(panel: &mut [f64], height: usize, floor: f64) {
+pub(super) fn factorise<const FUSED: bool>(panel: &mut [f64], height: usize, floor: f64) -> usize {
     let columns = panel.len() / height;
+    let mut held = 0;
     let mut j = 0;
     while j < columns {
         let (done, rest) = panel.split_at_mut(j * height);
@@ -63,6 +64,7 @@ pub(super) fn factorise<const FUSED: bool>(panel: &mut [f64], height: usize, flo
         // The tile that holds the diagonal block comes first: its triangle divides all others.
         let tile = subtract::<FUSED>(done, height, first, j, load(block, height, first));
         let lower = triangle(&tile, j - first, floor);
+        held += (0..COLUMNS).filter(|&c| lower[c][c] == HELD).count();
         let inverse = [0, 1, 2, 3].map(|c| 1.0 / lower[c][c]);
         let mut row = first;
         while row < height {
@@ -86,6 +88,7 @@ pub(super) fn factorise<const FUSED: bool>(panel: &mut [f64], height: usize, flo
         }
         j += COLUMNS;
     }
+    held
 }
 
 /// The factor of the 4 x 4 block in rows `at..` of a tile, by columns.

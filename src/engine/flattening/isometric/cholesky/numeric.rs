@@ -49,11 +49,11 @@ impl<const D: usize> Factor<D> {
         self.panels.len()
     }
 
-    /// Factorises a matrix.
-    pub(crate) fn factorise(&mut self, symbolic: &Symbolic<D>, matrix: &Matrix<D>) {
+    /// Factorises a matrix; gives how many unknowns had no positive pivot and are held (0: the matrix is positive).
+    pub(crate) fn factorise(&mut self, symbolic: &Symbolic<D>, matrix: &Matrix<D>) -> usize {
         let greatest = matrix.diagonal.iter().flat_map(|block| (0..D).map(|d| block[d][d])).fold(0.0, f64::max);
         let floor = PIVOT_FLOOR * greatest;
-        vectorised!(factorise_all::<D>(self, symbolic, matrix, floor));
+        vectorised!(factorise_all::<D>(self, symbolic, matrix, floor))
     }
 
     /// Solves in place for `D` unknowns a vertex, in the new numbering.
@@ -68,7 +68,8 @@ fn factorise_all<const D: usize, const FUSED: bool>(
     symbolic: &Symbolic<D>,
     matrix: &Matrix<D>,
     floor: f64,
-) {
+) -> usize {
+    let mut held = 0;
     // Where a part falls apart by itself its separator is empty, and so may be its front.
     for front in symbolic.fronts.iter().filter(|front| front.height > 0) {
         let (height, columns) = (front.height as usize, front.columns as usize);
@@ -84,12 +85,13 @@ fn factorise_all<const D: usize, const FUSED: bool>(
             let child = &symbolic.fronts[child as usize];
             extend::<D>(panel, target, front, child, symbolic, &factor.buffers[child.buffer as usize]);
         }
-        factorise::<FUSED>(panel, height, floor);
+        held += factorise::<FUSED>(panel, height, floor);
         if used > 0 {
             update::<FUSED>(panel, height, columns, target, front.stride());
         }
         factor.buffers[front.buffer as usize] = square;
     }
+    held
 }
 
 /// Writes the matrix's columns of a front into its panel; padded columns become unit ones.
