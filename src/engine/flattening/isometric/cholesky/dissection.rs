@@ -9,6 +9,7 @@
 //! The answer is a binary tree of contiguous runs in the new numbering, children before their parent.
 
 use std::cmp::Ordering;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use glam::{DMat3, DVec3};
 
@@ -18,6 +19,20 @@ const LEAF: usize = 10;
 
 /// Steps of the power iteration for the principal axis: a rough axis does, it only steers the cut.
 const AXIS_STEPS: usize = 6;
+
+/// Parts of at least this many vertices are cut where the separator is least; smaller ones in the middle.
+const SWEPT: usize = 100;
+
+/// Stripes in which a part is swept for its best cut.
+const STRIPES: usize = 64;
+
+/// Least share of a part on either side of a cut, and how much a cut's cost rises with the square of what the lesser side
+/// lacks of a half: unequal halves make the tree deeper.
+const LEAST_SHARE: f64 = 0.3;
+const UNEQUAL: f64 = 6.0;
+
+/// Parts of at least one in this many of all vertices are swept along more axes: their separators cost most.
+const MANY_AXES: usize = 64;
 
 /// "No node."
 pub(super) const NO_NODE: u32 = u32::MAX;
@@ -87,7 +102,10 @@ pub(super) fn dissect(places: &[DVec3], graph: &Graph) -> Dissection {
         places,
         graph,
         side: vec![0; places.len()],
-        keyed: Vec::with_capacity(places.len()),
+        keyed: Vec::with_capacity(SWEPT),
+        bucket: vec![0; places.len()],
+        before: Vec::with_capacity(places.len()),
+        after: Vec::with_capacity(places.len()),
         nodes: Vec::with_capacity(places.len() / 4 + 1),
     };
     let mut order: Vec<u32> = (0..places.len() as u32).collect();
@@ -101,6 +119,10 @@ struct Dissector<'a> {
     /// Per vertex: the mark of the part it is in; every part has a mark of its own.
     side: Vec<u32>,
     keyed: Vec<(f64, u32)>,
+    /// The stripe of each vertex in the sweep at hand.
+    bucket: Vec<u32>,
+    before: Vec<u32>,
+    after: Vec<u32>,
     nodes: Vec<Node>,
 }
 
@@ -112,15 +134,10 @@ impl Dissector<'_> {
             part.sort_unstable();
             return self.push(start, start + part.len() as u32, [NO_NODE; 2], depth);
         }
-        let axis = principal_axis(self.places, part);
-        self.keyed.clear();
-        self.keyed.extend(part.iter().map(|&v| (self.places[v as usize].dot(axis), v)));
-        let middle = part.len() / 2;
-        self.keyed.select_nth_unstable_by(middle, by_key);
+        let middle = self.halve(part);
         // Parts of one depth share their marks: no edge joins two of them, so none can be mistaken for the other's half.
         let mark_base = (depth + 1) << 1;
-        for (rank, &(_, v)) in self.keyed.iter().enumerate() {
-            part[rank] = v;
+        for (rank, &v) in part.iter().enumerate() {
             self.side[v as usize] = mark_base | u32::from(rank >= middle);
         }
         let at_cut = |v: u32| self.graph.of(v).iter().any(|&w| self.side[w as usize] == (self.side[v as usize] ^ 1));
@@ -152,6 +169,95 @@ impl Dissector<'_> {
         self.push(start + kept as u32, start + (kept + own) as u32, children, depth)
     }
 
+    /// Puts one half of a part before the other; gives how many are in the first.
+    fn halve(&mut self, part: &mut [u32]) -> usize {
+        let frame = principal_frame(self.places, part);
+        if part.len() < SWEPT {
+            self.keyed.clear();
+            self.keyed.extend(part.iter().map(|&v| (self.places[v as usize].dot(frame[0]), v)));
+            let middle = part.len() / 2;
+            self.keyed.select_nth_unstable_by(middle, by_key);
+            for (to, (_, v)) in part.iter_mut().zip(&self.keyed) {
+                *to = *v;
+            }
+            return middle;
+        }
+        let [a, b, c] = frame;
+        let tried = if part.len() * MANY_AXES >= self.places.len() {
+            &[a, b, (a + b) * FRAC_1_SQRT_2, (a - b) * FRAC_1_SQRT_2, c][..]
+        } else {
+            &[a, b][..]
+        };
+        let best = tried
+            .iter()
+            .map(|&axis| (self.sweep(part, axis), axis))
+            .reduce(|best, next| if next.0.0 < best.0.0 { next } else { best });
+        let Some(((_, cut), axis)) = best else { return 0 };
+        self.stripe(part, axis);
+        self.before.clear();
+        self.after.clear();
+        for &v in part.iter() {
+            if self.bucket[v as usize] < cut { self.before.push(v) } else { self.after.push(v) }
+        }
+        let first = self.before.len();
+        part[..first].copy_from_slice(&self.before);
+        part[first..].copy_from_slice(&self.after);
+        first
+    }
+
+    /// Numbers the vertices of a part by stripes across an axis.
+    fn stripe(&mut self, part: &[u32], axis: DVec3) {
+        let place = |v: u32| self.places[v as usize].dot(axis);
+        let (least, most) = part.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| {
+            (a.min(place(v)), b.max(place(v)))
+        });
+        let scale = STRIPES as f64 / (most - least).max(f64::MIN_POSITIVE);
+        for &v in part {
+            self.bucket[v as usize] = (((place(v) - least) * scale) as u32).min(STRIPES as u32 - 1);
+        }
+    }
+
+    /// The best cut between two stripes across an axis, and what it costs: the separator's vertices, more for halves that
+    /// are unequal.
+    fn sweep(&mut self, part: &[u32], axis: DVec3) -> (f64, u32) {
+        self.stripe(part, axis);
+        let mark = self.side[part[0] as usize];
+        // What changes from one cut to the next: vertices before it, and those of them (of the others) with neighbours
+        // across.
+        let mut changes = [[0_i64; 3]; STRIPES + 1];
+        for &v in part {
+            let own = self.bucket[v as usize];
+            let (mut least, mut most) = (own, own);
+            for &w in self.graph.of(v) {
+                if self.side[w as usize] == mark {
+                    least = least.min(self.bucket[w as usize]);
+                    most = most.max(self.bucket[w as usize]);
+                }
+            }
+            let (own, least, most) = (own as usize, least as usize, most as usize);
+            changes[own + 1][0] += 1;
+            changes[own + 1][1] += 1;
+            changes[most + 1][1] -= 1;
+            changes[least + 1][2] += 1;
+            changes[own + 1][2] -= 1;
+        }
+        let (mut best, mut now) = ((f64::INFINITY, STRIPES as u32 / 2), [0_i64; 3]);
+        for (cut, change) in changes.iter().enumerate().take(STRIPES).skip(1) {
+            for (now, change) in now.iter_mut().zip(change) {
+                *now += change;
+            }
+            let share = now[0] as f64 / part.len() as f64;
+            let balance = share.min(1.0 - share);
+            if balance >= LEAST_SHARE {
+                let cost = now[1].min(now[2]) as f64 * (1.0 + UNEQUAL * (0.5 - balance) * (0.5 - balance));
+                if cost < best.0 {
+                    best = (cost, cut as u32);
+                }
+            }
+        }
+        best
+    }
+
     fn push(&mut self, start: u32, end: u32, children: [u32; 2], depth: u32) -> u32 {
         self.nodes.push(Node { start, end, children, depth });
         self.nodes.len() as u32 - 1
@@ -162,14 +268,23 @@ fn by_key(a: &(f64, u32), b: &(f64, u32)) -> Ordering {
     a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))
 }
 
-/// The direction along which a part is longest, nearly.
-fn principal_axis(places: &[DVec3], part: &[u32]) -> DVec3 {
+/// The directions along which a part is longest, second longest and shortest, nearly.
+fn principal_frame(places: &[DVec3], part: &[u32]) -> [DVec3; 3] {
     let mean = part.iter().map(|&v| places[v as usize]).sum::<DVec3>() / part.len() as f64;
     let mut spread = DMat3::ZERO;
     for &v in part {
         let d = places[v as usize] - mean;
         spread += DMat3::from_cols(d * d.x, d * d.y, d * d.z);
     }
+    let first = longest(spread);
+    let across = spread - DMat3::from_cols(first * first.x, first * first.y, first * first.z) * first.dot(spread * first);
+    let second = longest(across);
+    let second = (second - first * first.dot(second)).normalize_or(first.any_orthonormal_vector());
+    [first, second, first.cross(second)]
+}
+
+/// The direction of the greatest eigenvalue, nearly.
+fn longest(spread: DMat3) -> DVec3 {
     let columns = [spread.x_axis, spread.y_axis, spread.z_axis];
     let mut axis = columns.into_iter().fold(DVec3::X, |a, b| if b.length_squared() > a.length_squared() { b } else { a });
     for _ in 0..AXIS_STEPS {

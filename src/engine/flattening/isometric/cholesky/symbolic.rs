@@ -213,3 +213,10 @@ impl<const D: usize> Symbolic<D> {
         }
     }
 }
+
+impl<const D: usize> Symbolic<D> {
+    /// Multiplications of a factorisation.
+    pub(crate) fn work(&self) -> f64 {
+        self.fronts.iter().map(|f| { let (k, h) = (f64::from(f.columns), f64::from(f.height)); k * h * h - k * k * h + k * k * k / 3.0 }).sum::<f64>() * 0.5
+    }
+}
