@@ -46,15 +46,17 @@ pub(crate) struct Derivatives {
 }
 
 /// Which quadratic stands for the energy around a map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Curvature {
     /// Each singular value on a parabola about 1 (the reweighting of SLIM, Rabinovich et al. 2017): collapsed triangles
     /// open in one step where Newton's method would need many, but the last digits come slowly.
     Secant,
-    /// The Hessian with its negative eigenvalues set to nought.
-    Projected,
-    /// The Hessian itself: exact, so that the last digits come fast, but good for a least value alone.
-    Full,
+    /// The Hessian, of whose negative eigenvalues `clamped` is taken away: all of them at 1, none at 0. At 1 it is always
+    /// positive semidefinite; at 0 it is exact, so that the last digits come fast, but good near a least value alone.
+    Newton {
+        /// Share taken away.
+        clamped: f64,
+    },
 }
 
 /// First and second derivatives by P and Q.
@@ -162,9 +164,17 @@ impl Energy {
         let (u, w) = (direction(jet.turn, p), direction(jet.shear, q));
         // Curvatures along and across: of p, mixed, of q.
         let (along, across) = match curvature {
-            Curvature::Full => ([radial.pp, radial.pq, radial.qq], [radial.turn, 0.0, radial.shear]),
-            Curvature::Projected => {
-                (semidefinite(radial.pp, radial.pq, radial.qq), [radial.turn.max(0.0), 0.0, radial.shear.max(0.0)])
+            Curvature::Newton { clamped } => {
+                let positive = semidefinite(radial.pp, radial.pq, radial.qq);
+                let keep = 1.0 - clamped;
+                let mix = |full: f64, positive: f64| positive + keep * (full - positive);
+                let turning = [radial.turn, radial.shear].map(|full| mix(full, full.max(0.0)));
+                let along = [
+                    mix(radial.pp, positive[0]),
+                    mix(radial.pq, positive[1]),
+                    mix(radial.qq, positive[2]),
+                ];
+                (along, [turning[0], 0.0, turning[1]])
             }
             Curvature::Secant => {
                 let [a, b] = self.secants(p + q, p - q);
@@ -313,7 +323,7 @@ mod tests {
             // Where the map enlarges both ways a little, all eigenvalues are positive.
             let x = map(1.05 * s.max(t), 1.05 * s.min(t), alpha, beta);
             for energy in ENERGIES {
-                let (found, expected) = (energy.derivatives(&jet(x), Curvature::Full).hessian, differences(energy, x));
+                let (found, expected) = (energy.derivatives(&jet(x), Curvature::Newton { clamped: 0.0 }).hessian, differences(energy, x));
                 for i in 0..4 {
                     for j in 0..4 {
                         prop_assert!((found[i][j] - expected[i][j]).abs() < 1e-5, "{energy:?} {i} {j}");
@@ -329,7 +339,7 @@ mod tests {
         ) {
             let x = map(s1, s1 * ratio, alpha, beta);
             for energy in ENERGIES {
-                let (found, expected) = (energy.derivatives(&jet(x), Curvature::Projected).hessian, differences(energy, x));
+                let (found, expected) = (energy.derivatives(&jet(x), Curvature::Newton { clamped: 1.0 }).hessian, differences(energy, x));
                 let form = |h: &[[f64; 4]; 4]| {
                     (0..4).map(|i| (0..4).map(|j| d[i] * h[i][j] * d[j]).sum::<f64>()).sum::<f64>()
                 };

@@ -34,6 +34,9 @@ const MAX_KEPT: usize = 12;
 
 /// Mean energy from which a map counts as far from the least.
 const FAR: f64 = 0.5;
+const PROJECTED: Curvature = Curvature::Newton { clamped: 1.0 };
+const LEAST_CLAMPED: f64 = 0.1;
+const LOWERED: f64 = 0.3;
 const SLOW: f64 = 0.3;
 const NEAR: f64 = 0.03;
 /// Moving and turning the whole.
@@ -91,30 +94,37 @@ impl<'a> Solver<'a> {
         observer: &dyn Observer,
     ) -> Result<Run, EngineError> {
         let mut run = Run { energy: self.shape.energy(energy, flat), ..Run::default() };
-        let mut curvature = if run.energy > FAR { Curvature::Secant } else { Curvature::Projected };
+        let mut curvature = if run.energy > FAR { Curvature::Secant } else { PROJECTED };
         let mut before = f64::INFINITY;
+        let mut wait = 0_usize;
         for round in 0..max_rounds {
             observer.check()?;
             observer.progress(round as f64 / (round + 4) as f64);
             let gain = (before - run.energy) / before;
             before = run.energy;
-            let next = match curvature {
-                Curvature::Secant if gain < SLOW => Curvature::Projected,
-                Curvature::Projected if gain < NEAR => Curvature::Full,
+            curvature = match curvature {
+                Curvature::Secant if gain < SLOW => PROJECTED,
+                Curvature::Newton { clamped } if gain < NEAR && wait == 0 => {
+                    Curvature::Newton { clamped: if clamped > LEAST_CLAMPED { LOWERED * clamped } else { 0.0 } }
+                }
                 same => same,
             };
-            curvature = next;
-            self.assembly.hessian(self.shape, (energy, curvature), flat, &mut self.matrix, &mut self.gradient);
-            self.hold();
-            let held = self.factor.factorise(self.symbolic, &self.matrix);
-            run.rounds += 1;
-            if curvature == Curvature::Full && held > RIGID {
-                if trace() { eprintln!("not positive: {held}"); }
-                curvature = Curvature::Projected;
+            wait = wait.saturating_sub(1);
+            loop {
                 self.assembly.hessian(self.shape, (energy, curvature), flat, &mut self.matrix, &mut self.gradient);
                 self.hold();
-                self.factor.factorise(self.symbolic, &self.matrix);
                 run.rounds += 1;
+                let Curvature::Newton { clamped } = curvature else {
+                    self.factor.factorise(self.symbolic, &self.matrix, usize::MAX);
+                    break;
+                };
+                let allowed = if clamped < 1.0 { RIGID } else { usize::MAX };
+                if self.factor.factorise(self.symbolic, &self.matrix, allowed) {
+                    break;
+                }
+                if trace() { eprintln!("not positive: {clamped}"); }
+                curvature = Curvature::Newton { clamped: if clamped == 0.0 { LEAST_CLAMPED } else { (clamped / LOWERED).min(1.0) } };
+                wait = 2;
             }
             let mut promise = self.promise();
             for kept in 0..=MAX_KEPT {

@@ -45,7 +45,7 @@ pub(super) fn conformal(solver: &mut Solver, places: &[DVec3], border: &[u32], f
     let pins = solver.held.replace(held);
     solver.hold();
     solver.held = pins;
-    solver.factor.factorise(solver.symbolic, &solver.matrix);
+    solver.factor.factorise(solver.symbolic, &solver.matrix, usize::MAX);
     solver.direction.copy_from_slice(&solver.gradient);
     solver.factor.solve(solver.symbolic, &mut solver.direction);
     for (place, step) in flat.iter_mut().zip(&solver.direction) {
@@ -116,7 +116,7 @@ pub(super) fn convex(mesh: &Mesh, topo: &Topology) -> Vec<[f64; 2]> {
         }
     }
     let mut factor = Factor::new(&symbolic);
-    factor.factorise(&symbolic, &matrix);
+    factor.factorise(&symbolic, &matrix, usize::MAX);
     for (d, side) in sides.iter_mut().enumerate() {
         factor.solve(&symbolic, side);
         for v in 0..count {

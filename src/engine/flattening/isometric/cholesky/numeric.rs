@@ -49,11 +49,11 @@ impl<const D: usize> Factor<D> {
         self.panels.len()
     }
 
-    /// Factorises a matrix; gives how many unknowns had no positive pivot and are held (0: the matrix is positive).
-    pub(crate) fn factorise(&mut self, symbolic: &Symbolic<D>, matrix: &Matrix<D>) -> usize {
+    /// Factorises a matrix. Unknowns without a positive pivot are held; false as soon as these are more than `allowed`.
+    pub(crate) fn factorise(&mut self, symbolic: &Symbolic<D>, matrix: &Matrix<D>, allowed: usize) -> bool {
         let greatest = matrix.diagonal.iter().flat_map(|block| (0..D).map(|d| block[d][d])).fold(0.0, f64::max);
         let floor = PIVOT_FLOOR * greatest;
-        vectorised!(factorise_all::<D>(self, symbolic, matrix, floor))
+        vectorised!(factorise_all::<D>(self, symbolic, matrix, floor, allowed))
     }
 
     /// Solves in place for `D` unknowns a vertex, in the new numbering.
@@ -68,7 +68,8 @@ fn factorise_all<const D: usize, const FUSED: bool>(
     symbolic: &Symbolic<D>,
     matrix: &Matrix<D>,
     floor: f64,
-) -> usize {
+    allowed: usize,
+) -> bool {
     let mut held = 0;
     // Where a part falls apart by itself its separator is empty, and so may be its front.
     for front in symbolic.fronts.iter().filter(|front| front.height > 0) {
@@ -90,8 +91,11 @@ fn factorise_all<const D: usize, const FUSED: bool>(
             update::<FUSED>(panel, height, columns, target, front.stride());
         }
         factor.buffers[front.buffer as usize] = square;
+        if held > allowed {
+            return false;
+        }
     }
-    held
+    true
 }
 
 /// Writes the matrix's columns of a front into its panel; padded columns become unit ones.
