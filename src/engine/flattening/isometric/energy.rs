@@ -25,8 +25,29 @@ pub(crate) enum Energy {
         /// Weight of the shape's part.
         shape: f64,
     },
-    /// As rigid as possible.
-    Arap,
+    /// As rigid as possible, with a part of the symmetric Dirichlet energy that keeps triangles from collapsing.
+    Arap {
+        /// That part.
+        barrier: f64,
+    },
+    /// Mean sizes of changes rather than of their squares.
+    Robust {
+        /// Weight of the change of area.
+        area: f64,
+        /// Weight of the change of shape.
+        shape: f64,
+        /// Changes (of area, of shape) from which their size counts and no longer their square.
+        soft: [f64; 2],
+        /// Part of the symmetric Dirichlet energy that keeps triangles from collapsing.
+        barrier: f64,
+    },
+}
+
+/// Twice the soft absolute value of x: x^2 near nought, 2 soft |x| far from it; with its first derivative over x and its
+/// second.
+fn softened(x2: f64, soft: f64) -> [f64; 3] {
+    let root = (1.0 + x2 / (soft * soft)).sqrt();
+    [2.0 * x2 / (root + 1.0), 2.0 / root, 2.0 / (root * root * root)]
 }
 
 /// A map of a triangle: its conformal and its anticonformal part.
@@ -70,6 +91,46 @@ struct Radial {
     qq: f64,
 }
 
+/// The weighted energy: E = f(d) + h(d, B) with B = Q^2.
+#[inline]
+fn dirichlet(area: f64, shape: f64, p: f64, q2: f64, det: f64) -> f64 {
+    let off = (p - 1.0) * (p + 1.0) - q2;
+    2.0 * area * off * off / det + 4.0 * shape * q2 * (1.0 + 1.0 / (det * det))
+}
+
+impl Radial {
+    fn plus(&self, other: &Self) -> Self {
+        Self {
+            turn: self.turn + other.turn,
+            shear: self.shear + other.shear,
+            pp: self.pp + other.pp,
+            pq: self.pq + other.pq,
+            qq: self.qq + other.qq,
+        }
+    }
+
+    /// Of the weighted energy.
+    #[inline]
+    fn dirichlet(area: f64, shape: f64, p: f64, q: f64, det: f64) -> Self {
+        let inverse = 1.0 / det;
+        let (inverse2, b) = (inverse * inverse, q * q);
+        let off = (p - 1.0) * (p + 1.0) - b;
+        // 1 - 1/d^2 without cancellation.
+        let slope = 2.0 * area * off * (det + 1.0) * inverse2 - 8.0 * shape * b * inverse2 * inverse;
+        let curvature = (4.0 * area + 24.0 * shape * b * inverse) * inverse2 * inverse;
+        let by_b = 4.0 * shape * (1.0 + inverse2);
+        let mixed = -8.0 * shape * inverse2 * inverse;
+        let shear = 2.0 * (by_b - slope);
+        Self {
+            turn: 2.0 * slope,
+            shear,
+            pp: 2.0 * slope + 4.0 * p * p * curvature,
+            pq: 4.0 * p * q * (mixed - curvature),
+            qq: shear + 4.0 * b * (curvature - 2.0 * mixed),
+        }
+    }
+}
+
 impl Jet {
     fn squares(&self) -> (f64, f64) {
         let square = |z: [f64; 2]| z[0] * z[0] + z[1] * z[1];
@@ -90,6 +151,11 @@ impl Jet {
 }
 
 impl Energy {
+    /// Whether sizes count in it rather than squares.
+    pub(crate) const fn is_robust(self) -> bool {
+        matches!(self, Self::Robust { .. })
+    }
+
     /// The energy of a map; infinite where it turns over or collapses.
     #[inline]
     pub(crate) fn value(self, jet: &Jet) -> f64 {
@@ -100,36 +166,43 @@ impl Energy {
             return f64::INFINITY;
         }
         match self {
-            Self::Weighted { area, shape } => {
-                let off = (p - 1.0) * (p + 1.0) - q2;
-                2.0 * area * off * off / det + 4.0 * shape * q2 * (1.0 + 1.0 / (det * det))
+            Self::Weighted { area, shape } => dirichlet(area, shape, p, q2, det),
+            Self::Arap { barrier } => {
+                let rigid = 2.0 * (p - 1.0) * (p - 1.0) + 2.0 * q2;
+                if barrier > 0.0 { rigid + dirichlet(barrier, barrier, p, q2, det) } else { rigid }
             }
-            Self::Arap => 2.0 * (p - 1.0) * (p - 1.0) + 2.0 * q2,
+            Self::Robust { area, shape, soft, barrier } => {
+                let off = (p - 1.0) * (p + 1.0) - q2;
+                2.0 * area * softened(off * off, soft[0])[0]
+                    + 8.0 * shape * softened(q2, soft[1])[0]
+                    + dirichlet(barrier, barrier, p, q2, det)
+            }
         }
     }
 
     fn radial(self, p: f64, q: f64, det: f64) -> Radial {
         match self {
-            Self::Weighted { area, shape } => {
-                // E = f(d) + h(d, B), B = Q^2.
-                let inverse = 1.0 / det;
-                let (inverse2, b) = (inverse * inverse, q * q);
+            Self::Weighted { area, shape } => Radial::dirichlet(area, shape, p, q, det),
+            Self::Arap { barrier } => {
+                let rigid = Radial { turn: 4.0 * (p - 1.0) / p, shear: 4.0, pp: 4.0, pq: 0.0, qq: 4.0 };
+                if barrier > 0.0 { rigid.plus(&Radial::dirichlet(barrier, barrier, p, q, det)) } else { rigid }
+            }
+            Self::Robust { area, shape, soft, barrier } => {
+                let b = q * q;
                 let off = (p - 1.0) * (p + 1.0) - b;
-                // 1 - 1/d^2 without cancellation.
-                let slope = 2.0 * area * off * (det + 1.0) * inverse2 - 8.0 * shape * b * inverse2 * inverse;
-                let curvature = (4.0 * area + 24.0 * shape * b * inverse) * inverse2 * inverse;
-                let by_b = 4.0 * shape * (1.0 + inverse2);
-                let mixed = -8.0 * shape * inverse2 * inverse;
-                let shear = 2.0 * (by_b - slope);
+                let [_, slope, curvature] = softened(off * off, soft[0]);
+                let (slope, curvature) = (2.0 * area * slope * off, 2.0 * area * curvature);
+                let [_, first, second] = softened(b, soft[1]);
+                let (first, second) = (8.0 * shape * first, 8.0 * shape * second);
                 Radial {
                     turn: 2.0 * slope,
-                    shear,
+                    shear: first - 2.0 * slope,
                     pp: 2.0 * slope + 4.0 * p * p * curvature,
-                    pq: 4.0 * p * q * (mixed - curvature),
-                    qq: shear + 4.0 * b * (curvature - 2.0 * mixed),
+                    pq: -4.0 * p * q * curvature,
+                    qq: second - 2.0 * slope + 4.0 * b * curvature,
                 }
+                .plus(&Radial::dirichlet(barrier, barrier, p, q, det))
             }
-            Self::Arap => Radial { turn: 4.0 * (p - 1.0) / p, shear: 4.0, pp: 4.0, pq: 0.0, qq: 4.0 },
         }
     }
 
@@ -176,6 +249,17 @@ impl Energy {
                 ];
                 (along, [turning[0], 0.0, turning[1]])
             }
+            Curvature::Secant if let Self::Robust { area, shape, soft, barrier } = self => {
+                // Parabolas that touch the softened sizes from above: stepping to their least never overshoots.
+                let off = (p - 1.0) * (p + 1.0) - q2;
+                let area = 8.0 * area * softened(off * off, soft[0])[1] / 2.0;
+                let shape = 8.0 * shape * softened(q2, soft[1])[1];
+                let safe = 8.0 * barrier;
+                (
+                    [area * p2 + safe, -area * p * q, area * q2 + shape + safe],
+                    [radial.turn.max(0.0), 0.0, (radial.shear).max(shape) + safe],
+                )
+            }
             Curvature::Secant => {
                 let [a, b] = self.secants(p + q, p - q);
                 ([a + b, a - b, a + b], [a + b, b - a, a + b])
@@ -208,12 +292,12 @@ impl Energy {
 
     /// For each singular value the curvature of the parabola about 1 that has the energy's slope there.
     fn secants(self, s1: f64, s2: f64) -> [f64; 2] {
-        match self {
-            Self::Weighted { area, shape } => {
-                [s1, s2].map(|s| 2.0 * area.max(shape) * (s + 1.0) * (s * s + 1.0) / (s * s * s))
-            }
-            Self::Arap => [2.0; 2],
-        }
+        let (rigid, barrier) = match self {
+            Self::Weighted { area, shape } => (0.0, area.max(shape)),
+            Self::Arap { barrier } => (2.0, barrier),
+            Self::Robust { area, shape, barrier, .. } => (4.0 * area.max(shape), barrier),
+        };
+        [s1, s2].map(|s| rigid + 2.0 * barrier * (s + 1.0) * (s * s + 1.0) / (s * s * s))
     }
 }
 
@@ -239,11 +323,13 @@ mod tests {
 
     use super::*;
 
-    const ENERGIES: [Energy; 4] = [
+    const ENERGIES: [Energy; 6] = [
         Energy::Weighted { area: 1.0, shape: 1.0 },
         Energy::Weighted { area: 1.0, shape: 0.01 },
         Energy::Weighted { area: 0.05, shape: 1.0 },
-        Energy::Arap,
+        Energy::Arap { barrier: 0.0 },
+        Energy::Arap { barrier: 0.1 },
+        Energy::Robust { area: 1.0, shape: 0.3, soft: [0.1, 0.2], barrier: 0.01 },
     ];
 
     fn jet(x: [f64; 4]) -> Jet {

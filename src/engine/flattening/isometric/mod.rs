@@ -69,6 +69,17 @@ pub fn flatten(
         if v2 < value || which == "t" { flat = other; value = v2; }
     }
     if !(value < f64::INFINITY) { return Err(fail()); }
+    let mut energy = energy;
+    if let Ok(r) = std::env::var("ROBUST") {
+        let x: Vec<f64> = r.split(':').map(|x| x.parse().unwrap()).collect();
+        let run = solver.minimise(balanced, &mut flat, MAX_ROUNDS, observer)?;
+        // rms of area change and shear
+        let (mut a, mut b) = (0.0, 0.0);
+        for c in &shape.cells { let j = c.jet(&flat); a += c.weight * (j.determinant() - 1.0).powi(2); b += c.weight * (j.shear[0].powi(2) + j.shear[1].powi(2)); }
+        let rms = (run.energy / 8.0).sqrt();
+        if trace { eprintln!("rms {rms:.3e} area {:.3e} shear {:.3e}", a.sqrt(), b.sqrt()); }
+        energy = energy::Energy::Robust { area: x[0], shape: x[1], soft: [x[2] * rms, x[3] * rms], barrier: x[4] };
+    }
     let run = solver.minimise(energy, &mut flat, MAX_ROUNDS, observer)?;
     if !shape.lies_upright(&flat) { return Err(fail()); }
     Ok(Isometric { flat: enlarged(&flat, shape.unit, &symbolic.rank), run })

@@ -48,7 +48,7 @@ impl Objective {
         };
         match self {
             Self::Balanced => weighted(1.0, 1.0),
-            Self::Arap => Some(Energy::Arap),
+            Self::Arap => Some(Energy::Arap { barrier: 0.0 }),
             Self::Area => weighted(AREA_FIRST, 1.0),
             Self::Shape => weighted(SHAPE_FIRST, 1.0),
             Self::Weights { area, shape } => weighted(area, shape),

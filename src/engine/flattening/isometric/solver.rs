@@ -94,7 +94,8 @@ impl<'a> Solver<'a> {
         observer: &dyn Observer,
     ) -> Result<Run, EngineError> {
         let mut run = Run { energy: self.shape.energy(energy, flat), ..Run::default() };
-        let mut curvature = if run.energy > FAR { Curvature::Secant } else { PROJECTED };
+        let mut curvature = if run.energy > FAR || energy.is_robust() { Curvature::Secant } else { PROJECTED };
+        let tolerance = if energy.is_robust() { std::env::var("RT").map_or(1e-4, |x| x.parse().unwrap()) } else { TOLERANCE };
         let mut before = f64::INFINITY;
         let mut wait = 0_usize;
         for round in 0..max_rounds {
@@ -103,7 +104,7 @@ impl<'a> Solver<'a> {
             let gain = (before - run.energy) / before;
             before = run.energy;
             curvature = match curvature {
-                Curvature::Secant if gain < SLOW => PROJECTED,
+                Curvature::Secant if gain < if energy.is_robust() { std::env::var("RG").map_or(0.01, |x| x.parse().unwrap()) } else { SLOW } => PROJECTED,
                 Curvature::Newton { clamped } if gain < NEAR && wait == 0 => {
                     Curvature::Newton { clamped: if clamped > LEAST_CLAMPED { LOWERED * clamped } else { 0.0 } }
                 }
@@ -128,7 +129,7 @@ impl<'a> Solver<'a> {
             }
             let mut promise = self.promise();
             for kept in 0..=MAX_KEPT {
-                let enough = promise <= TOLERANCE * run.energy + RESOLUTION;
+                let enough = promise <= tolerance * run.energy + RESOLUTION;
                 let Some((reached, step)) =
                     search(self.shape, energy, flat, &self.direction, (run.energy, -2.0 * promise), &mut self.next)
                 else {
@@ -154,7 +155,7 @@ impl<'a> Solver<'a> {
                 gradient_of(self.shape, energy, flat, &mut self.gradient);
                 self.hold_gradient();
                 let now = self.promise();
-                if now > STILL_SERVES * promise && now > TOLERANCE * run.energy + RESOLUTION {
+                if now > STILL_SERVES * promise && now > tolerance * run.energy + RESOLUTION {
                     break;
                 }
                 promise = now;
