@@ -64,6 +64,19 @@ pub enum FlatteningError {
         /// All triangles.
         total: u32,
     },
+    /// The mesh is no disc: closed, with a handle, or with parts that only touch.
+    #[error(
+        "the mesh is no disc, with holes or without: it has {borders} borders and the Euler characteristic {characteristic}"
+    )]
+    NotADisc {
+        /// How many borders it has.
+        borders: u32,
+        /// Vertices - edges + triangles.
+        characteristic: i64,
+    },
+    /// Every start collapses within the precision of numbers.
+    #[error("the mesh is curved so strongly that no map without a flip can be held in numbers of sixteen digits")]
+    TooCurved,
     /// The mesh itself is at fault.
     #[error(transparent)]
     Mesh(#[from] MeshFault),
@@ -93,6 +106,8 @@ impl Located for FlatteningError {
             Self::SeedOutOfRange { .. } => "seed-out-of-range",
             Self::SeedNotFound => "seed-not-found",
             Self::SeveralPieces { .. } => "several-pieces",
+            Self::NotADisc { .. } => "not-a-disc",
+            Self::TooCurved => "too-curved",
             Self::Mesh(fault) | Self::Piece { fault, .. } => fault.code(),
         }
     }
@@ -125,6 +140,13 @@ impl Located for FlatteningError {
                     .with("flattening.seed", SetValue::Text("centre".into())),
             ],
             Self::SeveralPieces { .. } => Vec::new(),
+            Self::NotADisc { borders: 0, .. } => {
+                vec![Remedy::say("Cut the closed surface open, so that it has a border.")]
+            }
+            Self::NotADisc { .. } => vec![
+                Remedy::say("Cut handles open, and divide the mesh where parts of it touch at a vertex only."),
+            ],
+            Self::TooCurved => vec![Remedy::say("Divide the part, or cut darts into it.")],
             Self::Mesh(fault) => fault.remedies(),
             Self::Piece { fault, pieces, .. } => {
                 let mut remedies = fault.remedies();

@@ -13,6 +13,9 @@
 //!   for the energy). It grows without bound towards a flip.
 //! - ARAP: (s1 - 1)^2 + (s2 - 1)^2 = 2 (P - 1)^2 + 2 Q^2 (Liu et al. 2008). It knows no flips: the line search does.
 //!
+//! - robust: like the weighted one, but of the sizes |d - 1| and |Q| rather than of their squares, softened near nought, so
+//!   that means of sizes become least and not those of squares; with a part of the weighted energy against flips.
+//!
 //! No form subtracts large numbers: near a rigid map the energy keeps its relative accuracy, far below 1e-16.
 
 /// A distortion energy.
@@ -36,8 +39,8 @@ pub(crate) enum Energy {
         area: f64,
         /// Weight of the change of shape.
         shape: f64,
-        /// Changes (of area, of shape) from which their size counts and no longer their square.
-        soft: [f64; 2],
+        /// Changes from which their size counts and no longer their square.
+        soft: f64,
         /// Part of the symmetric Dirichlet energy that keeps triangles from collapsing.
         barrier: f64,
     },
@@ -173,8 +176,8 @@ impl Energy {
             }
             Self::Robust { area, shape, soft, barrier } => {
                 let off = (p - 1.0) * (p + 1.0) - q2;
-                2.0 * area * softened(off * off, soft[0])[0]
-                    + 8.0 * shape * softened(q2, soft[1])[0]
+                2.0 * area * softened(off * off, soft)[0]
+                    + 8.0 * shape * softened(q2, soft)[0]
                     + dirichlet(barrier, barrier, p, q2, det)
             }
         }
@@ -190,9 +193,9 @@ impl Energy {
             Self::Robust { area, shape, soft, barrier } => {
                 let b = q * q;
                 let off = (p - 1.0) * (p + 1.0) - b;
-                let [_, slope, curvature] = softened(off * off, soft[0]);
+                let [_, slope, curvature] = softened(off * off, soft);
                 let (slope, curvature) = (2.0 * area * slope * off, 2.0 * area * curvature);
-                let [_, first, second] = softened(b, soft[1]);
+                let [_, first, second] = softened(b, soft);
                 let (first, second) = (8.0 * shape * first, 8.0 * shape * second);
                 Radial {
                     turn: 2.0 * slope,
@@ -252,8 +255,8 @@ impl Energy {
             Curvature::Secant if let Self::Robust { area, shape, soft, barrier } = self => {
                 // Parabolas that touch the softened sizes from above: stepping to their least never overshoots.
                 let off = (p - 1.0) * (p + 1.0) - q2;
-                let area = 8.0 * area * softened(off * off, soft[0])[1] / 2.0;
-                let shape = 8.0 * shape * softened(q2, soft[1])[1];
+                let area = 8.0 * area * softened(off * off, soft)[1] / 2.0;
+                let shape = 8.0 * shape * softened(q2, soft)[1];
                 let safe = 8.0 * barrier;
                 (
                     [area * p2 + safe, -area * p * q, area * q2 + shape + safe],
@@ -329,7 +332,7 @@ mod tests {
         Energy::Weighted { area: 0.05, shape: 1.0 },
         Energy::Arap { barrier: 0.0 },
         Energy::Arap { barrier: 0.1 },
-        Energy::Robust { area: 1.0, shape: 0.3, soft: [0.1, 0.2], barrier: 0.01 },
+        Energy::Robust { area: 1.0, shape: 0.3, soft: 0.2, barrier: 0.01 },
     ];
 
     fn jet(x: [f64; 4]) -> Jet {

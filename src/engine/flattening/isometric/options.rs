@@ -1,75 +1,77 @@
 //! What is asked of the isometric method.
 
-use glam::DVec2;
 use serde::{Deserialize, Serialize};
-
-use super::energy::Energy;
 
 /// Which distortion is made least.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Objective {
-    /// Symmetric Dirichlet: stretching and shrinking count alike, lengths and areas weigh evenly.
+    /// Symmetric Dirichlet: stretching and shrinking count alike, area and shape weigh evenly.
     #[default]
     Balanced,
     /// As rigid as possible: the squares of the strains.
     Arap,
-    /// Areas first: lengths give way.
+    /// Areas first: the mean change of area counts ten times the mean change of shape.
     Area,
-    /// Angles first: areas give way.
+    /// Shape first: angles, and with them lengths, before areas.
     Shape,
-    /// Between these: how much changes of area and of shape weigh. `Balanced` is one of each.
+    /// Between these: how much the mean change of area and the mean change of shape weigh.
     Weights {
-        /// Weight of the change of area.
+        /// Weight of the change of area, above nought.
         area: f64,
-        /// Weight of the change of shape.
+        /// Weight of the change of shape, above nought.
         shape: f64,
     },
 }
 
-/// Weight of areas for [`Objective::Area`]: the change of area falls with its inverse, while what is left of it soon no
-/// longer matters beside the mesh's own error; each power of ten costs the solver some steps.
-const AREA_FIRST: f64 = 300.0;
+/// Weights of area and of shape for [`Objective::Area`]. With more weight the change of area hardly falls on real panels
+/// (what is left is the softening), while shape and the solver's time go up.
+const AREA_FIRST: [f64; 2] = [10.0, 1.0];
 
-/// Weight of areas for [`Objective::Shape`]. Without any, patterns grow and shrink at will for a little angle.
-const SHAPE_FIRST: f64 = 0.05;
+/// The same for [`Objective::Shape`]. Without a weight of area, patterns would grow and shrink at will for a little angle.
+const SHAPE_FIRST: [f64; 2] = [1.0, 10.0];
 
-/// Least and greatest ratio of weights: beyond, the stiff part drowns the other in rounding.
-const WEIGHT_RANGE: f64 = 1e5;
+/// Greatest ratio of the weights: beyond it the lighter part drowns in rounding.
+const WEIGHT_RANGE: f64 = 1e4;
 
 impl Objective {
-    /// The energy that measures it. `None` when weights are negative, not numbers, or too far apart.
-    #[must_use]
-    pub(crate) fn energy(self) -> Option<Energy> {
-        let weighted = |area: f64, shape: f64| {
-            let (least, most) = (area.min(shape), area.max(shape));
-            (area.is_finite() && least > 0.0 && most <= WEIGHT_RANGE * least)
-                .then(|| Energy::Weighted { area: area / most, shape: shape / most })
+    /// The weights of area and shape, the greater one 1, for the objectives that have any; `Err` with the reason when
+    /// they cannot be used.
+    pub(super) fn weights(self) -> Result<Option<[f64; 2]>, String> {
+        let [area, shape] = match self {
+            Self::Balanced | Self::Arap => return Ok(None),
+            Self::Area => AREA_FIRST,
+            Self::Shape => SHAPE_FIRST,
+            Self::Weights { area, shape } => [area, shape],
         };
-        match self {
-            Self::Balanced => weighted(1.0, 1.0),
-            Self::Arap => Some(Energy::Arap { barrier: 0.0 }),
-            Self::Area => weighted(AREA_FIRST, 1.0),
-            Self::Shape => weighted(SHAPE_FIRST, 1.0),
-            Self::Weights { area, shape } => weighted(area, shape),
+        let (least, most) = (area.min(shape), area.max(shape));
+        if area.is_finite() && shape.is_finite() && least > 0.0 && most <= WEIGHT_RANGE * least {
+            Ok(Some([area / most, shape / most]))
+        } else {
+            Err(format!("weights must be above 0 and at most {WEIGHT_RANGE} times each other, not {area} and {shape}"))
         }
     }
 }
 
-/// A vertex that is held.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pin {
-    /// The vertex.
-    pub vertex: u32,
-    /// Its place in the pattern, millimetres.
-    pub at: DVec2,
-}
-
 /// How a mesh is to be flattened with the least distortion.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct IsometricOptions {
     /// Which distortion is made least.
     pub objective: Objective,
-    /// Vertices that are held.
-    pub pins: Vec<Pin>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_are_checked_and_scaled() {
+        assert_eq!(Objective::Balanced.weights(), Ok(None));
+        assert_eq!(Objective::Area.weights(), Ok(Some([1.0, 0.1])));
+        assert_eq!(Objective::Weights { area: 2.0, shape: 8.0 }.weights(), Ok(Some([0.25, 1.0])));
+        for (area, shape) in [(0.0, 1.0), (-1.0, 1.0), (f64::NAN, 1.0), (1.0, f64::NAN), (1.0, 1e5), (f64::INFINITY, 1.0)] {
+            assert!(Objective::Weights { area, shape }.weights().is_err(), "{area} {shape}");
+        }
+    }
 }

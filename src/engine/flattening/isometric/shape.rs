@@ -7,7 +7,8 @@ use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
 use super::energy::{Energy, Jet};
-use crate::engine::mesh::Mesh;
+use crate::engine::flattening::FlatteningError;
+use crate::engine::mesh::{Mesh, MeshFault, Topology, measures};
 
 /// Height over longest edge below which a triangle counts as this much higher. Its shape is then a little wrong, which
 /// weighs nothing (so does its area), while true slivers would make the Hessian's entries differ beyond what numbers of
@@ -39,26 +40,33 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    /// The triangles of a mesh whose vertices are numbered anew by `rank`. `None` when it has no area that numbers can
-    /// hold.
-    pub(super) fn new(mesh: &Mesh, rank: &[u32]) -> Option<Self> {
-        let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize]);
-        let area: f64 = mesh.triangles.iter().map(|t| area(corners(t))).sum();
+    /// The triangles of a mesh whose vertices are numbered anew by `rank`.
+    ///
+    /// # Errors
+    /// [`MeshFault::NotFinite`] and [`MeshFault::ZeroArea`]: the mesh has no area, or a triangle is a point.
+    pub(super) fn new(mesh: &Mesh, rank: &[u32]) -> Result<Self, FlatteningError> {
+        if let Some(vertex) = mesh.positions.iter().position(|p| !p.is_finite()) {
+            return Err(MeshFault::NotFinite { vertex: vertex as u32 }.into());
+        }
+        let area = measures::total_area(mesh);
         if !(area.is_finite() && area > f64::MIN_POSITIVE) {
-            return None;
+            return Err(MeshFault::ZeroArea { triangle: 0 }.into());
         }
         let unit = area.sqrt().log2().round().exp2();
         let total = area / (unit * unit);
         let mut masses = vec![0.0; rank.len()];
         let mut cells = Vec::with_capacity(mesh.triangles.len());
-        for t in &mesh.triangles {
-            let cell = cell(corners(t).map(|p| p / unit), t.map(|v| rank[v as usize]), total)?;
+        for (t, corners) in mesh.triangles.iter().enumerate() {
+            let places = measures::corners(mesh, t as u32).map(|p| p / unit);
+            let Some(cell) = cell(places, corners.map(|v| rank[v as usize]), total) else {
+                return Err(MeshFault::ZeroArea { triangle: t as u32 }.into());
+            };
             for corner in cell.corners {
                 masses[corner as usize] += cell.weight / 3.0;
             }
             cells.push(cell);
         }
-        Some(Self { cells, unit, masses })
+        Ok(Self { cells, unit, masses })
     }
 
     /// Area-weighted mean energy of a map; infinite as soon as one triangle turns over or collapses.
@@ -75,14 +83,14 @@ impl Shape {
         sum
     }
 
-    /// Whether no triangle turns over, exactly.
-    pub(super) fn lies_upright(&self, flat: &[[f64; 2]]) -> bool {
-        self.cells.iter().all(|cell| cell.is_upright(&cell.jet(flat), flat))
+    /// A map in lengths and in the numbering of the mesh; vertices of no triangle are nowhere.
+    pub(super) fn enlarged(&self, flat: &[[f64; 2]], rank: &[u32], topology: &Topology) -> Vec<DVec2> {
+        let mut places = vec![DVec2::NAN; rank.len()];
+        for &v in topology.triangles().as_flattened() {
+            places[v as usize] = DVec2::from_array(flat[rank[v as usize] as usize]) * self.unit;
+        }
+        places
     }
-}
-
-fn area([a, b, c]: [DVec3; 3]) -> f64 {
-    0.5 * (b - a).cross(c - a).length()
 }
 
 /// The triangle laid flat over its longest edge; `None` when it is a point.
@@ -138,9 +146,4 @@ impl Cell {
         let [a, b, c] = self.corners.map(|v| flat[v as usize]).map(|[x, y]| Coord { x, y });
         orient2d(a, b, c) > 0.0
     }
-}
-
-/// A map given in lengths of the mesh.
-pub(super) fn enlarged(flat: &[[f64; 2]], unit: f64, rank: &[u32]) -> Vec<DVec2> {
-    rank.iter().map(|&r| DVec2::from_array(flat[r as usize]) * unit).collect()
 }

@@ -13,6 +13,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use glam::{DMat3, DVec3};
 
+use crate::engine::budget::Observer;
+use crate::engine::error::EngineError;
+
 /// Runs of at most this many vertices are not divided. Larger, and leaves are factorised with many zeros; smaller, and
 /// the book-keeping of tiny fronts costs more than their arithmetic.
 const LEAF: usize = 10;
@@ -97,10 +100,11 @@ impl Graph {
 }
 
 /// Divides the vertices of a graph that lie at `places`.
-pub(super) fn dissect(places: &[DVec3], graph: &Graph) -> Dissection {
+pub(super) fn dissect(places: &[DVec3], graph: &Graph, observer: &dyn Observer) -> Result<Dissection, EngineError> {
     let mut dissector = Dissector {
         places,
         graph,
+        observer,
         side: vec![0; places.len()],
         keyed: Vec::with_capacity(SWEPT),
         bucket: vec![0; places.len()],
@@ -109,13 +113,14 @@ pub(super) fn dissect(places: &[DVec3], graph: &Graph) -> Dissection {
         nodes: Vec::with_capacity(places.len() / 4 + 1),
     };
     let mut order: Vec<u32> = (0..places.len() as u32).collect();
-    dissector.divide(&mut order, 0, 0);
-    Dissection { order, nodes: dissector.nodes }
+    dissector.divide(&mut order, 0, 0)?;
+    Ok(Dissection { order, nodes: dissector.nodes })
 }
 
 struct Dissector<'a> {
     places: &'a [DVec3],
     graph: &'a Graph,
+    observer: &'a dyn Observer,
     /// Per vertex: the mark of the part it is in; every part has a mark of its own.
     side: Vec<u32>,
     keyed: Vec<(f64, u32)>,
@@ -127,12 +132,13 @@ struct Dissector<'a> {
 }
 
 impl Dissector<'_> {
-    /// Arranges the vertices of one part and appends its nodes; gives the number of the part's top node. The depth is at
-    /// most log2 of the vertices, since both halves are equal.
-    fn divide(&mut self, part: &mut [u32], start: u32, depth: u32) -> u32 {
+    /// Arranges the vertices of one part and appends its nodes; gives the number of the part's top node. Each part has at
+    /// most seven tenths of the vertices of the one above, which bounds the depth.
+    fn divide(&mut self, part: &mut [u32], start: u32, depth: u32) -> Result<u32, EngineError> {
+        self.observer.check()?;
         if part.len() <= LEAF {
             part.sort_unstable();
-            return self.push(start, start + part.len() as u32, [NO_NODE; 2], depth);
+            return Ok(self.push(start, start + part.len() as u32, [NO_NODE; 2], depth));
         }
         let middle = self.halve(part);
         // Parts of one depth share their marks: no edge joins two of them, so none can be mistaken for the other's half.
@@ -163,24 +169,17 @@ impl Dissector<'_> {
         let (kept, own) = (rest.len(), cut.len());
         drop((rest, cut));
         let children = [
-            self.divide(&mut part[..left], start, depth + 1),
-            self.divide(&mut part[left..kept], start + left as u32, depth + 1),
+            self.divide(&mut part[..left], start, depth + 1)?,
+            self.divide(&mut part[left..kept], start + left as u32, depth + 1)?,
         ];
-        self.push(start + kept as u32, start + (kept + own) as u32, children, depth)
+        Ok(self.push(start + kept as u32, start + (kept + own) as u32, children, depth))
     }
 
     /// Puts one half of a part before the other; gives how many are in the first.
     fn halve(&mut self, part: &mut [u32]) -> usize {
         let frame = principal_frame(self.places, part);
         if part.len() < SWEPT {
-            self.keyed.clear();
-            self.keyed.extend(part.iter().map(|&v| (self.places[v as usize].dot(frame[0]), v)));
-            let middle = part.len() / 2;
-            self.keyed.select_nth_unstable_by(middle, by_key);
-            for (to, (_, v)) in part.iter_mut().zip(&self.keyed) {
-                *to = *v;
-            }
-            return middle;
+            return self.halve_by_rank(part, frame[0]);
         }
         let [a, b, c] = frame;
         let tried = if part.len() * MANY_AXES >= self.places.len() {
@@ -192,7 +191,10 @@ impl Dissector<'_> {
             .iter()
             .map(|&axis| (self.sweep(part, axis), axis))
             .reduce(|best, next| if next.0.0 < best.0.0 { next } else { best });
-        let Some(((_, cut), axis)) = best else { return 0 };
+        let Some(((_, cut), axis)) = best.filter(|((cost, _), _)| *cost < f64::INFINITY) else {
+            // No cut between stripes divides the part evenly enough (most of it lies in one): by rank then.
+            return self.halve_by_rank(part, a);
+        };
         self.stripe(part, axis);
         self.before.clear();
         self.after.clear();
@@ -203,6 +205,17 @@ impl Dissector<'_> {
         part[..first].copy_from_slice(&self.before);
         part[first..].copy_from_slice(&self.after);
         first
+    }
+
+    fn halve_by_rank(&mut self, part: &mut [u32], axis: DVec3) -> usize {
+        self.keyed.clear();
+        self.keyed.extend(part.iter().map(|&v| (self.places[v as usize].dot(axis), v)));
+        let middle = part.len() / 2;
+        self.keyed.select_nth_unstable_by(middle, by_key);
+        for (to, (_, v)) in part.iter_mut().zip(&self.keyed) {
+            *to = *v;
+        }
+        middle
     }
 
     /// Numbers the vertices of a part by stripes across an axis.

@@ -3,6 +3,8 @@
 use super::dissection::NO_NODE;
 use super::kernel::{COLUMNS, factorise, multiply_add, update};
 use super::symbolic::{Front, Matrix, Symbolic};
+use crate::engine::budget::Observer;
+use crate::engine::error::EngineError;
 
 /// A pivot at most this part of the greatest diagonal entry of the matrix is taken as nought. Larger, and unknowns of
 /// tiny triangles would be held for no reason; smaller, and rounding would pass for stiffness.
@@ -44,16 +46,20 @@ impl<const D: usize> Factor<D> {
         }
     }
 
-    /// Numbers held.
-    pub(crate) fn len(&self) -> usize {
-        self.panels.len()
-    }
-
     /// Factorises a matrix. Unknowns without a positive pivot are held; false as soon as these are more than `allowed`.
-    pub(crate) fn factorise(&mut self, symbolic: &Symbolic<D>, matrix: &Matrix<D>, allowed: usize) -> bool {
+    ///
+    /// # Errors
+    /// [`EngineError::Cancelled`]: the observer is asked at every front.
+    pub(crate) fn factorise(
+        &mut self,
+        symbolic: &Symbolic<D>,
+        matrix: &Matrix<D>,
+        allowed: usize,
+        observer: &dyn Observer,
+    ) -> Result<bool, EngineError> {
         let greatest = matrix.diagonal.iter().flat_map(|block| (0..D).map(|d| block[d][d])).fold(0.0, f64::max);
         let floor = PIVOT_FLOOR * greatest;
-        vectorised!(factorise_all::<D>(self, symbolic, matrix, floor, allowed))
+        vectorised!(factorise_all::<D>(self, symbolic, matrix, (floor, allowed), observer))
     }
 
     /// Solves in place for `D` unknowns a vertex, in the new numbering.
@@ -67,9 +73,9 @@ fn factorise_all<const D: usize, const FUSED: bool>(
     factor: &mut Factor<D>,
     symbolic: &Symbolic<D>,
     matrix: &Matrix<D>,
-    floor: f64,
-    allowed: usize,
-) -> bool {
+    (floor, allowed): (f64, usize),
+    observer: &dyn Observer,
+) -> Result<bool, EngineError> {
     let mut held = 0;
     // Where a part falls apart by itself its separator is empty, and so may be its front.
     for front in symbolic.fronts.iter().filter(|front| front.height > 0) {
@@ -92,10 +98,11 @@ fn factorise_all<const D: usize, const FUSED: bool>(
         }
         factor.buffers[front.buffer as usize] = square;
         if held > allowed {
-            return false;
+            return Ok(false);
         }
+        observer.check()?;
     }
-    true
+    Ok(true)
 }
 
 /// Writes the matrix's columns of a front into its panel; padded columns become unit ones.

@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use super::dissection::{Graph, NO_NODE, dissect};
 use super::kernel::{COLUMNS, ROWS};
+use crate::engine::budget::Observer;
+use crate::engine::error::EngineError;
 
 /// One front: which rows it has and where its numbers lie.
 #[derive(Debug, Clone, Copy, Default)]
@@ -76,9 +78,12 @@ const fn padded(count: usize, to: usize) -> usize {
 
 impl<const D: usize> Symbolic<D> {
     /// The structure for a graph over vertices at `places` (which steer the order alone).
-    pub(crate) fn new(places: &[DVec3], graph: &Graph) -> Self {
+    ///
+    /// # Errors
+    /// [`EngineError::Cancelled`].
+    pub(crate) fn new(places: &[DVec3], graph: &Graph, observer: &dyn Observer) -> Result<Self, EngineError> {
         let count = places.len();
-        let dissection = dissect(places, graph);
+        let dissection = dissect(places, graph, observer)?;
         let mut rank = vec![0_u32; count];
         for (new, &old) in dissection.order.iter().enumerate() {
             rank[old as usize] = new as u32;
@@ -114,7 +119,7 @@ impl<const D: usize> Symbolic<D> {
         }
         symbolic.parent_rows.resize(symbolic.passed.len(), 0);
         symbolic.assign_buffers(&dissection.nodes.iter().map(|n| n.depth).collect::<Vec<_>>());
-        symbolic
+        Ok(symbolic)
     }
 
     /// How many vertices there are.
@@ -134,17 +139,17 @@ impl<const D: usize> Symbolic<D> {
     }
 
     /// Takes the held vertices' unknowns out of a matrix: their rows become those of the unit matrix.
-    pub(crate) fn hold(&self, matrix: &mut Matrix<D>, held: &[bool]) {
+    pub(crate) fn hold(&self, matrix: &mut Matrix<D>, held: &[usize]) {
         for column in 0..self.order.len() {
             let entries = self.column_starts[column] as usize..self.column_starts[column + 1] as usize;
             for (row, block) in self.rows[entries.clone()].iter().zip(&mut matrix.below[entries]) {
-                if held[column] || held[*row as usize] {
+                if held.contains(&column) || held.contains(&(*row as usize)) {
                     *block = [[0.0; D]; D];
                 }
             }
-            if held[column] {
-                matrix.diagonal[column] = std::array::from_fn(|c| std::array::from_fn(|r| f64::from(u8::from(c == r))));
-            }
+        }
+        for &v in held {
+            matrix.diagonal[v] = std::array::from_fn(|c| std::array::from_fn(|r| f64::from(u8::from(c == r))));
         }
     }
 
@@ -211,12 +216,5 @@ impl<const D: usize> Symbolic<D> {
                 self.buffers[buffer] = self.buffers[buffer].max(front.stride() * front.square as usize);
             }
         }
-    }
-}
-
-impl<const D: usize> Symbolic<D> {
-    /// Multiplications of a factorisation.
-    pub(crate) fn work(&self) -> f64 {
-        self.fronts.iter().map(|f| { let (k, h) = (f64::from(f.columns), f64::from(f.height)); k * h * h - k * k * h + k * k * k / 3.0 }).sum::<f64>() * 0.5
     }
 }
