@@ -11,25 +11,26 @@ pub enum Objective {
     Balanced,
     /// As rigid as possible: the squares of the strains.
     Arap,
-    /// Areas first: the mean change of area counts ten times the mean change of shape.
+    /// Areas first: lengths give way.
     Area,
-    /// Shape first: angles, and with them lengths, before areas.
+    /// Lengths first: the least mean change of lengths.
     Shape,
-    /// Between these: how much the mean change of area and the mean change of shape weigh.
+    /// How much the mean change of area and the mean change of angles weigh.
     Weights {
         /// Weight of the change of area, above nought.
         area: f64,
-        /// Weight of the change of shape, above nought.
+        /// Weight of the change of angles, above nought.
         shape: f64,
     },
 }
 
-/// Weights of area and of shape for [`Objective::Area`]. With more weight the change of area hardly falls on real panels
-/// (what is left is the softening), while shape and the solver's time go up.
+/// Weights of area and of angles for [`Objective::Area`]. With more weight the change of area hardly falls on real panels
+/// (what is left is the softening), while lengths and the solver's time go up.
 const AREA_FIRST: [f64; 2] = [10.0, 1.0];
 
-/// The same for [`Objective::Shape`]. Without a weight of area, patterns would grow and shrink at will for a little angle.
-const SHAPE_FIRST: [f64; 2] = [1.0, 10.0];
+/// The same for [`Objective::Shape`]: on real panels the mean change of lengths is least near this ratio. With more
+/// weight on angles maps come near conformal ones, whose lengths change more.
+const SHAPE_FIRST: [f64; 2] = [3.0, 1.0];
 
 /// Greatest ratio of the weights: beyond it the lighter part drowns in rounding.
 const WEIGHT_RANGE: f64 = 1e4;
