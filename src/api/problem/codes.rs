@@ -39,12 +39,22 @@ pub const CODES: &[(&str, &str)] = &[
          its mesh too dense: try a coarser mesh, another reading, or the domain `trimmed`.",
     ),
     ("panicked", "The program has a fault that this job met. Tell the operator; other jobs are not touched by it."),
+    (
+        "not-a-disc",
+        "The mesh is closed, has a handle, or has parts that only touch: cut it so that it is one piece with a border. Holes are \
+         allowed.",
+    ),
     ("parameter", "A parameter cannot be worked with on this surface. `detail` names it."),
     ("polygon", "A cell of the grid could not be divided into triangles. Try another density."),
     ("seed-not-found", "The place that was given for the seed lies in no triangle of the mesh."),
     ("seed-out-of-range", "The seed is no triangle of the mesh. `detail` says how many there are."),
     ("several-pieces", "The mesh has several pieces that no edge joins, and the flattening begins in one of them."),
     ("timed-out", "The job took longer than a job may. Try a coarser mesh, or a given seed."),
+    (
+        "too-curved",
+        "The mesh is curved so strongly that no map without a flip can be held in numbers of sixteen digits. Divide the part, or \
+         cut darts into it.",
+    ),
     ("too-many-triangles", "The density that was asked for needs more triangles than this service works with."),
     (
         "triangle-flipped",

@@ -143,9 +143,9 @@ impl Located for FlatteningError {
             Self::NotADisc { borders: 0, .. } => {
                 vec![Remedy::say("Cut the closed surface open, so that it has a border.")]
             }
-            Self::NotADisc { .. } => vec![
-                Remedy::say("Cut handles open, and divide the mesh where parts of it touch at a vertex only."),
-            ],
+            Self::NotADisc { .. } => {
+                vec![Remedy::say("Cut handles open, and divide the mesh where parts of it touch at a vertex only.")]
+            }
             Self::TooCurved => vec![Remedy::say("Divide the part, or cut darts into it.")],
             Self::Mesh(fault) => fault.remedies(),
             Self::Piece { fault, pieces, .. } => {

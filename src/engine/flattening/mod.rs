@@ -1,10 +1,12 @@
-//! From a mesh in space to the plane (thesis chapter 4).
+//! From a mesh in space to the plane: sequentially ([`cader`], thesis chapter 4) or with the least distortion there is
+//! ([`isometric`]).
 
 pub mod cader;
 #[cfg(test)]
 mod closed_forms;
 pub mod developable;
 mod error;
+pub mod isometric;
 mod mapping_order;
 mod options;
 mod outcome;

@@ -24,9 +24,7 @@ const LEAST_ARC: f64 = 1e-3;
 /// [`EngineError::Cancelled`].
 pub(super) fn convex(mesh: &Mesh, topo: &Topology, observer: &dyn Observer) -> Result<Vec<[f64; 2]>, EngineError> {
     let count = mesh.positions.len();
-    let length = |h: &u32| {
-        mesh.positions[topo.origin(*h) as usize].distance(mesh.positions[topo.target(*h) as usize])
-    };
+    let length = |h: &u32| mesh.positions[topo.origin(*h) as usize].distance(mesh.positions[topo.target(*h) as usize]);
     let borders: Vec<&[u32]> = topo.borders().collect();
     let lengths: Vec<f64> = borders.iter().map(|b| b.iter().map(length).sum()).collect();
     let outer = (0..borders.len()).fold(0, |best, b| if lengths[b] > lengths[best] { b } else { best });
@@ -49,7 +47,8 @@ pub(super) fn convex(mesh: &Mesh, topo: &Topology, observer: &dyn Observer) -> R
     let mut weights: Vec<f64> = topo.edges().iter().map(|&h| harmonic_weight(mesh, topo, h)).collect();
     let mut places = mesh.positions.clone();
     for (b, border) in borders.iter().enumerate() {
-        let middle = border.iter().map(|&h| mesh.positions[topo.origin(h) as usize]).sum::<DVec3>() / border.len() as f64;
+        let middle =
+            border.iter().map(|&h| mesh.positions[topo.origin(h) as usize]).sum::<DVec3>() / border.len() as f64;
         places.push(middle);
         if b != outer {
             edges.extend(border.iter().map(|&h| [topo.origin(h), (count + b) as u32]));
@@ -110,4 +109,3 @@ fn harmonic_weight(mesh: &Mesh, topo: &Topology, halfedge: u32) -> f64 {
     };
     (0.5 * (cotangent(halfedge) + cotangent(topo.twin(halfedge)))).clamp(LEAST_WEIGHT, 1.0 / LEAST_WEIGHT)
 }
-

@@ -214,12 +214,7 @@ impl Energy {
     pub(crate) fn gradient(self, jet: &Jet) -> [f64; 4] {
         let (p2, q2) = jet.squares();
         let radial = self.radial(p2.sqrt(), q2.sqrt(), p2 - q2);
-        [
-            radial.turn * jet.turn[0],
-            radial.turn * jet.turn[1],
-            radial.shear * jet.shear[0],
-            radial.shear * jet.shear[1],
-        ]
+        [radial.turn * jet.turn[0], radial.turn * jet.turn[1], radial.shear * jet.shear[0], radial.shear * jet.shear[1]]
     }
 
     /// Derivatives of the energy of a map that does not turn over.
@@ -245,11 +240,7 @@ impl Energy {
                 let keep = 1.0 - clamped;
                 let mix = |full: f64, positive: f64| positive + keep * (full - positive);
                 let turning = [radial.turn, radial.shear].map(|full| mix(full, full.max(0.0)));
-                let along = [
-                    mix(radial.pp, positive[0]),
-                    mix(radial.pq, positive[1]),
-                    mix(radial.qq, positive[2]),
-                ];
+                let along = [mix(radial.pp, positive[0]), mix(radial.pq, positive[1]), mix(radial.qq, positive[2])];
                 (along, [turning[0], 0.0, turning[1]])
             }
             Curvature::Secant if let Self::Robust { area, shape, soft, barrier } = self => {
@@ -270,10 +261,7 @@ impl Energy {
         };
         let own = |d: [f64; 2], along: f64, across: f64| {
             let mixed = (along - across) * d[0] * d[1];
-            [
-                [along * d[0] * d[0] + across * d[1] * d[1], mixed],
-                [mixed, along * d[1] * d[1] + across * d[0] * d[0]],
-            ]
+            [[along * d[0] * d[0] + across * d[1] * d[1], mixed], [mixed, along * d[1] * d[1] + across * d[0] * d[0]]]
         };
         let (a, b) = (own(u, along[0], across[0]), own(w, along[2], across[2]));
         // Across u is (-u1, u0), across w likewise.

@@ -71,7 +71,9 @@ mod tests {
         assert_eq!(Objective::Balanced.weights(), Ok(None));
         assert_eq!(Objective::Area.weights(), Ok(Some([1.0, 0.1])));
         assert_eq!(Objective::Weights { area: 2.0, shape: 8.0 }.weights(), Ok(Some([0.25, 1.0])));
-        for (area, shape) in [(0.0, 1.0), (-1.0, 1.0), (f64::NAN, 1.0), (1.0, f64::NAN), (1.0, 1e5), (f64::INFINITY, 1.0)] {
+        for (area, shape) in
+            [(0.0, 1.0), (-1.0, 1.0), (f64::NAN, 1.0), (1.0, f64::NAN), (1.0, 1e5), (f64::INFINITY, 1.0)]
+        {
             assert!(Objective::Weights { area, shape }.weights().is_err(), "{area} {shape}");
         }
     }

@@ -148,8 +148,7 @@ impl<'a> Solver<'a> {
             for kept in 0..=MAX_KEPT {
                 let enough = promise <= tolerance * run.energy + RESOLUTION;
                 let at_start = (run.energy, -2.0 * promise);
-                let Some((reached, step)) =
-                    search(self.shape, energy, flat, &self.direction, at_start, &mut self.next)
+                let Some((reached, step)) = search(self.shape, energy, flat, &self.direction, at_start, &mut self.next)
                 else {
                     // Nothing lower that rounding would show: the end, unless a fresh factor knows better.
                     if kept == 0 || enough {

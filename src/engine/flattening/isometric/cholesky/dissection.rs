@@ -221,9 +221,8 @@ impl Dissector<'_> {
     /// Numbers the vertices of a part by stripes across an axis.
     fn stripe(&mut self, part: &[u32], axis: DVec3) {
         let place = |v: u32| self.places[v as usize].dot(axis);
-        let (least, most) = part.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| {
-            (a.min(place(v)), b.max(place(v)))
-        });
+        let (least, most) =
+            part.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(place(v)), b.max(place(v))));
         let scale = STRIPES as f64 / (most - least).max(f64::MIN_POSITIVE);
         for &v in part {
             self.bucket[v as usize] = (((place(v) - least) * scale) as u32).min(STRIPES as u32 - 1);
@@ -290,7 +289,8 @@ fn principal_frame(places: &[DVec3], part: &[u32]) -> [DVec3; 3] {
         spread += DMat3::from_cols(d * d.x, d * d.y, d * d.z);
     }
     let first = longest(spread);
-    let across = spread - DMat3::from_cols(first * first.x, first * first.y, first * first.z) * first.dot(spread * first);
+    let across =
+        spread - DMat3::from_cols(first * first.x, first * first.y, first * first.z) * first.dot(spread * first);
     let second = longest(across);
     let second = (second - first * first.dot(second)).normalize_or(first.any_orthonormal_vector());
     [first, second, first.cross(second)]
@@ -299,7 +299,8 @@ fn principal_frame(places: &[DVec3], part: &[u32]) -> [DVec3; 3] {
 /// The direction of the greatest eigenvalue, nearly.
 fn longest(spread: DMat3) -> DVec3 {
     let columns = [spread.x_axis, spread.y_axis, spread.z_axis];
-    let mut axis = columns.into_iter().fold(DVec3::X, |a, b| if b.length_squared() > a.length_squared() { b } else { a });
+    let mut axis =
+        columns.into_iter().fold(DVec3::X, |a, b| if b.length_squared() > a.length_squared() { b } else { a });
     for _ in 0..AXIS_STEPS {
         axis = (spread * axis).normalize_or(DVec3::X);
     }

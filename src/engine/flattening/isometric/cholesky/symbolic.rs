@@ -93,7 +93,9 @@ impl<const D: usize> Symbolic<D> {
         let mut rows = Vec::with_capacity(graph.neighbours.len() / 2);
         for new in 0..count as u32 {
             let from = rows.len();
-            rows.extend(graph.of(dissection.order[new as usize]).iter().map(|&w| rank[w as usize]).filter(|&r| r > new));
+            rows.extend(
+                graph.of(dissection.order[new as usize]).iter().map(|&w| rank[w as usize]).filter(|&r| r > new),
+            );
             rows[from..].sort_unstable();
             column_starts.push(rows.len() as u32);
         }
