@@ -10,7 +10,7 @@
 use std::time::Instant;
 
 use anyhow::{Context as _, Result, bail};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use planish::engine::budget::Unobserved;
 use planish::engine::error::EngineError;
 use planish::engine::flattening::FlatteningError;
@@ -39,7 +39,7 @@ fn main() -> Result<()> {
         }
     }
     let found = found.context("no repetition")?;
-    let bytes: Vec<u8> = found.flat.iter().flat_map(|p| p.to_array()).flat_map(f64::to_le_bytes).collect();
+    let bytes: Vec<u8> = found.flat.iter().flat_map(DVec2::to_array).flat_map(f64::to_le_bytes).collect();
     std::fs::write(output, bytes)?;
     let run = found.run;
     println!(

@@ -4,6 +4,8 @@
 //! the corners' places and g the gradients of their hat functions as complex numbers. The blocks of the first corner
 //! follow from the other two's, since the gradients add up to nought.
 
+#![expect(clippy::needless_range_loop, reason = "rows and columns are indices of several arrays, as in the formulae")]
+
 use super::cholesky::{Matrix, Symbolic};
 use super::energy::{Curvature, Derivatives, Energy};
 use super::shape::{Cell, Shape};
@@ -159,4 +161,79 @@ fn corner_blocks(cell: &Cell, hessian: &[[f64; 4]; 4]) -> [[[[f64; 2]; 2]; 3]; 3
         }
     }
     blocks
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::engine::budget::Unobserved;
+    use crate::engine::flattening::isometric::cholesky::Graph;
+    use crate::engine::mesh::Topology;
+    use crate::engine::mesh::test_meshes::{Diagonal, grid};
+
+    /// The whole gradient and the whole Hessian against differences of the energy and of the gradient.
+    #[test]
+    fn gradient_and_hessian_are_those_of_the_energy() {
+        let mesh = grid(5, 4, Diagonal::Diamond, |u, v| DVec3::new(2.0 * u, v + 0.2 * u, 0.4 * u * v));
+        let topology = Topology::new(&mesh).unwrap();
+        let edges = (0..topology.edge_count() as u32).map(|e| topology.edge_vertices(e));
+        let graph = Graph::of_edges(mesh.positions.len(), edges);
+        let symbolic = Symbolic::<2>::new(&mesh.positions, &graph, &Unobserved).unwrap();
+        let shape = Shape::new(&mesh, &symbolic.rank).unwrap();
+        let assembly = Assembly::new(&shape, &symbolic).unwrap();
+        let flat: Vec<[f64; 2]> = symbolic
+            .order
+            .iter()
+            .map(|&v| {
+                let p = mesh.positions[v as usize] / shape.unit;
+                [1.1 * p.x + 0.05 * p.y * p.y, 0.95 * p.y - 0.1 * p.x * p.y]
+            })
+            .collect();
+        let count = flat.len();
+        for energy in [
+            Energy::Weighted { area: 1.0, shape: 0.5 },
+            Energy::Arap { barrier: 0.1 },
+            Energy::Robust { area: 1.0, shape: 0.5, soft: 0.1, barrier: 0.01 },
+        ] {
+            let (mut matrix, mut gradient) = (symbolic.matrix(), vec![[0.0; 2]; count]);
+            let full = Curvature::Newton { clamped: 0.0 };
+            assembly.hessian(&shape, (energy, full), &flat, &mut matrix, &mut gradient);
+            let mut alone = vec![[1.0; 2]; count];
+            gradient_of(&shape, energy, &flat, &mut alone);
+            assert_eq!(alone, gradient);
+            for v in 0..count {
+                for d in 0..2 {
+                    let moved = |step: f64| {
+                        let mut moved = flat.clone();
+                        moved[v][d] += step;
+                        moved
+                    };
+                    let step = 1e-5;
+                    let slope =
+                        (shape.energy(energy, &moved(step)) - shape.energy(energy, &moved(-step))) / (2.0 * step);
+                    assert!((slope - gradient[v][d]).abs() < 1e-7, "{energy:?} {v} {d}: {slope} {}", gradient[v][d]);
+                    let (mut up, mut down) = (gradient.clone(), gradient.clone());
+                    gradient_of(&shape, energy, &moved(step), &mut up);
+                    gradient_of(&shape, energy, &moved(-step), &mut down);
+                    for w in 0..count {
+                        let (row, column) = (v.max(w) as u32, v.min(w) as u32);
+                        for e in 0..2 {
+                            let expected = (up[w][e] - down[w][e]) / (2.0 * step);
+                            let found = if v == w {
+                                matrix.diagonal[v][d][e]
+                            } else if let Some(at) = symbolic.block(row, column) {
+                                let block = matrix.below[at as usize];
+                                if v < w { block[d][e] } else { block[e][d] }
+                            } else {
+                                0.0
+                            };
+                            assert!((found - expected).abs() < 1e-5, "{energy:?} {v} {d} {w} {e}: {found} {expected}");
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

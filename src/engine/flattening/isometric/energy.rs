@@ -165,7 +165,7 @@ impl Energy {
         let (p2, q2) = jet.squares();
         let p = p2.sqrt();
         let det = p2 - q2;
-        if !(det > 0.0) {
+        if det.is_nan() || det <= 0.0 {
             return f64::INFINITY;
         }
         match self {

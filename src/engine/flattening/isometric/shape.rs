@@ -75,7 +75,7 @@ impl Shape {
         for cell in &self.cells {
             let jet = cell.jet(flat);
             let value = energy.value(&jet);
-            if !(value < f64::INFINITY) || !cell.is_upright(&jet, flat) {
+            if !value.is_finite() || !cell.is_upright(&jet, flat) {
                 return f64::INFINITY;
             }
             sum += cell.weight * value;

@@ -7,6 +7,12 @@
 //! Method: left-looking by blocks of [`COLUMNS`] columns; a tile of [`ROWS`] x [`COLUMNS`] stays in registers while all
 //! columns before it are subtracted. `FUSED` says that the processor multiplies and adds in one instruction.
 
+#![expect(
+    clippy::inline_always,
+    reason = "vector instructions reach only what is inlined into the function that asks for them"
+)]
+#![expect(clippy::needless_range_loop, reason = "rows and columns are indices of several arrays, as in the formulae")]
+
 /// Columns of a tile.
 pub(super) const COLUMNS: usize = 4;
 /// Rows of a tile. With [`COLUMNS`] it fills eight vectors of four numbers, as many as hide the latency of an addition.

@@ -5,13 +5,15 @@
 //! depends on the graph alone (order, tree, where each number goes) is found once in [`Symbolic`]; a factorisation then
 //! allocates nothing. Each vertex carries `D` unknowns: 1 for Laplacians, 2 for maps into the plane.
 //!
-//! Memory: the factor of n vertices has about `D^2` n (2 log2 n + 10) numbers. Sums run in one order: the same matrix gives
+//! Memory: the factor of n vertices of a surface has at most about 5 `D^2` n log2 n numbers. Sums run in one order: the same matrix gives
 //! the same factor on the same kind of processor. Unknowns without a positive pivot are held still.
 
 mod dissection;
 mod kernel;
 mod numeric;
 mod symbolic;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use dissection::Graph;
 pub(crate) use numeric::Factor;

@@ -1,5 +1,10 @@
 //! The numbers of a factorisation, and solving with them.
 
+#![expect(
+    clippy::inline_always,
+    reason = "vector instructions reach only what is inlined into the function that asks for them"
+)]
+
 use super::dissection::NO_NODE;
 use super::kernel::{COLUMNS, factorise, multiply_add, update};
 use super::symbolic::{Front, Matrix, Symbolic};
