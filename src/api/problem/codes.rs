@@ -38,12 +38,12 @@ pub const CODES: &[(&str, &str)] = &[
         "A triangle turned over from whichever triangle the flattening began. The part is too doubly curved for the method, or \
          its mesh too dense: try a coarser mesh, another reading, or the domain `trimmed`.",
     ),
-    ("panicked", "The program has a fault that this job met. Tell the operator; other jobs are not touched by it."),
     (
         "not-a-disc",
         "The mesh is closed, has a handle, or has parts that only touch: cut it so that it is one piece with a border. Holes are \
          allowed.",
     ),
+    ("panicked", "The program has a fault that this job met. Tell the operator; other jobs are not touched by it."),
     ("parameter", "A parameter cannot be worked with on this surface. `detail` names it."),
     ("polygon", "A cell of the grid could not be divided into triangles. Try another density."),
     ("seed-not-found", "The place that was given for the seed lies in no triangle of the mesh."),
