@@ -116,7 +116,7 @@ async fn connection(stream: TcpStream, router: Router, limits: ConnectionLimits,
                 let answer = answer.await;
                 drop(working);
                 let answering = Answering(Arc::clone(&activity));
-                answer.map(|answer| answer.map(|body| Body::new(Answered { body, _answering: answering })))
+                answer.map(|answer| answer.map(|body| Answered { body, _answering: answering }))
             }
         }
     });
@@ -182,8 +182,8 @@ impl Activity {
 
     /// Bytes came in. The first ones after an answer are those of the next header.
     fn received(&self) {
-        self.moved();
         let now = self.now_ms();
+        self.moved_ms.store(now, Ordering::Relaxed);
         // It fails where a header or a body is under way already.
         let _ = self.header_ms.compare_exchange(NOTHING, now, Ordering::Relaxed, Ordering::Relaxed);
     }

@@ -8,7 +8,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::problem::{Kind, Problem};
 use super::request::{BodyLimits, Wait};
-use super::results::Renderings;
+use super::results::{Heads, Renderings};
 use crate::config::Settings;
 use crate::queue::Queue;
 use crate::store::{Job, JobId, Store};
@@ -34,6 +34,7 @@ struct Inner {
     streams: Arc<Semaphore>,
     most_streams: usize,
     heartbeat: Duration,
+    heads: Heads,
     renderings: Renderings,
     draining: CancellationToken,
 }
@@ -58,6 +59,7 @@ impl App {
             streams,
             most_streams: settings.max_streams,
             heartbeat,
+            heads: Heads::new(),
             renderings,
             draining,
         }))
@@ -85,6 +87,12 @@ impl App {
     #[must_use]
     pub fn forms_written(&self) -> u64 {
         self.renderings().written()
+    }
+
+    /// Heads of answers with results that are kept in memory.
+    #[must_use]
+    pub(crate) fn heads(&self) -> &Heads {
+        &self.0.heads
     }
 
     /// Forms of results that are kept in memory.

@@ -1,12 +1,17 @@
 //! What every request goes through and every answer carries: an id, a place in the log, a count, headers that keep
 //! browsers safe.
 
+use std::hash::{BuildHasher as _, RandomState};
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 use axum::middleware::Next;
 use axum::response::Response;
 use tracing::Instrument as _;
-use uuid::Uuid;
+use uuid::{Builder, Uuid};
 
 use crate::telemetry::Metrics;
 
@@ -20,36 +25,50 @@ const CONTENT_POLICY: HeaderValue =
 
 /// The id of a request, among its extensions.
 #[derive(Debug, Clone)]
-pub(super) struct RequestId(pub(super) String);
+pub(super) struct RequestId(HeaderValue);
+
+impl RequestId {
+    pub(super) fn as_str(&self) -> &str {
+        // It is plain ASCII: taken over as such, or made here.
+        self.0.to_str().unwrap_or_default()
+    }
+}
 
 /// The outermost layer.
 pub(super) async fn surround(State(metrics): State<Metrics>, mut request: Request, next: Next) -> Response {
     let id = request.headers().get(REQUEST_ID).filter(|id| is_plain(id)).cloned().unwrap_or_else(fresh_id);
-    let request_id = id.to_str().unwrap_or_default().to_owned();
+    let id = RequestId(id);
     let method = request.method().clone();
-    let path = request.uri().path().to_owned();
+    let uri = request.uri().clone();
     let route = request.extensions().get::<MatchedPath>().cloned();
     // At the level of errors, so that no filter takes the id away from the lines that it lets through.
-    let span =
-        tracing::error_span!("request", id = request_id, trace = tracing::field::Empty, parent = tracing::field::Empty);
+    let span = tracing::error_span!(
+        "request",
+        id = id.as_str(),
+        trace = tracing::field::Empty,
+        parent = tracing::field::Empty
+    );
     if let Some((trace, parent)) = trace(request.headers()) {
         span.record("trace", trace).record("parent", parent);
     }
-    request.extensions_mut().insert(RequestId(request_id));
+    request.extensions_mut().insert(id.clone());
     let begun = std::time::Instant::now();
     let mut response = next.run(request).instrument(span.clone()).await;
     let headers = response.headers_mut();
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(CONTENT_POLICY);
     headers.entry(header::REFERRER_POLICY).or_insert(HeaderValue::from_static("no-referrer"));
-    headers.insert(REQUEST_ID, id);
+    headers.insert(REQUEST_ID, id.0);
     let status = response.status().as_u16();
     let took = begun.elapsed();
     metrics.answered(method.as_str(), route.as_ref().map(MatchedPath::as_str), status, took);
-    let elapsed_ms = took.as_secs_f64() * 1000.0;
+    let (path, elapsed_ms) = (uri.path(), took.as_secs_f64() * 1000.0);
     span.in_scope(|| {
         if response.status().is_server_error() {
             tracing::warn!(%method, path, status, elapsed_ms, "{method} {path}: {status}");
+        } else if method.is_safe() && !response.status().is_client_error() {
+            // Reads, polls and probes that went well change nothing: they are counted, and told of to those who ask.
+            tracing::debug!(%method, path, status, elapsed_ms, "{method} {path}: {status}");
         } else {
             tracing::info!(%method, path, status, elapsed_ms, "{method} {path}: {status}");
         }
@@ -64,9 +83,21 @@ fn is_plain(id: &HeaderValue) -> bool {
         && bytes.iter().all(|b| b.is_ascii_alphanumeric() || b"-_.:/+=".contains(b))
 }
 
+/// An id that no other request has: a version 7 UUID whose random part comes from a keyed hash of a count, with a key that
+/// the system gave at the start. Asking the system for random bytes at each request would cost as much as a small answer.
 fn fresh_id() -> HeaderValue {
+    static KEY: LazyLock<RandomState> = LazyLock::new(RandomState::new);
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let (high, low) = (KEY.hash_one((count, 0_u8)), KEY.hash_one((count, 1_u8)));
+    let mut random = [0; 10];
+    random[..8].copy_from_slice(&high.to_le_bytes());
+    random[8..].copy_from_slice(&low.to_le_bytes()[..2]);
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let id = Builder::from_unix_timestamp_millis(since.as_millis() as u64, &random).into_uuid();
     // A UUID is a header's value always.
-    HeaderValue::from_str(&Uuid::now_v7().to_string()).unwrap_or_else(|_| HeaderValue::from_static("none"))
+    HeaderValue::from_str(id.hyphenated().encode_lower(&mut Uuid::encode_buffer()))
+        .unwrap_or_else(|_| HeaderValue::from_static("none"))
 }
 
 /// The trace that a request belongs to and the caller's step in it (W3C Trace Context, 3.2), when both are sound.
@@ -85,10 +116,19 @@ fn trace(headers: &HeaderMap) -> Option<(&str, &str)> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
 
     fn traced(value: &'static str) -> bool {
         trace(&HeaderMap::from_iter([(TRACE_PARENT, HeaderValue::from_static(value))])).is_some()
+    }
+
+    #[test]
+    fn ids_are_version_7_uuids_and_no_two_are_the_same() {
+        let ids: HashSet<Uuid> = (0..10_000).map(|_| Uuid::parse_str(fresh_id().to_str().unwrap()).unwrap()).collect();
+        assert_eq!(ids.len(), 10_000);
+        assert!(ids.iter().all(|id| id.get_version_num() == 7));
     }
 
     #[test]

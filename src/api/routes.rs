@@ -34,22 +34,22 @@ fn table() -> Routes {
         .post("/v1/jobs/{job}/cancel", jobs::cancel)
         .get("/v1/jobs/{job}/events", jobs::events)
         .get("/v1/feed", jobs::feed)
-        .get("/v1/jobs/{job}/mesh", results::mesh)
-        .get("/v1/jobs/{job}/mesh.glb", results::mesh_glb)
-        .get("/v1/jobs/{job}/mesh.obj", results::mesh_obj)
-        .get("/v1/jobs/{job}/mesh.stl", results::mesh_stl)
-        .get("/v1/jobs/{job}/mesh.ply", results::mesh_ply)
-        .get("/v1/jobs/{job}/mesh.json", results::mesh_json)
-        .get("/v1/jobs/{job}/pattern", results::pattern)
-        .get("/v1/jobs/{job}/pattern.svg", results::pattern_svg)
-        .get("/v1/jobs/{job}/pattern.dxf", results::pattern_dxf)
-        .get("/v1/jobs/{job}/pattern.json", results::pattern_json)
-        .get("/v1/jobs/{job}/report", results::report)
-        .get("/v1/jobs/{job}/report.json", results::report_json)
-        .get("/v1/jobs/{job}/report.csv", results::report_csv)
-        .get("/v1/jobs/{job}/seeds", results::seeds)
-        .get("/v1/jobs/{job}/seeds.json", results::seeds_json)
-        .get("/v1/jobs/{job}/seeds.csv", results::seeds_csv)
+        .result("/v1/jobs/{job}/mesh", results::mesh)
+        .result("/v1/jobs/{job}/mesh.glb", results::mesh_glb)
+        .result("/v1/jobs/{job}/mesh.obj", results::mesh_obj)
+        .result("/v1/jobs/{job}/mesh.stl", results::mesh_stl)
+        .result("/v1/jobs/{job}/mesh.ply", results::mesh_ply)
+        .result("/v1/jobs/{job}/mesh.json", results::mesh_json)
+        .result("/v1/jobs/{job}/pattern", results::pattern)
+        .result("/v1/jobs/{job}/pattern.svg", results::pattern_svg)
+        .result("/v1/jobs/{job}/pattern.dxf", results::pattern_dxf)
+        .result("/v1/jobs/{job}/pattern.json", results::pattern_json)
+        .result("/v1/jobs/{job}/report", results::report)
+        .result("/v1/jobs/{job}/report.json", results::report_json)
+        .result("/v1/jobs/{job}/report.csv", results::report_csv)
+        .result("/v1/jobs/{job}/seeds", results::seeds)
+        .result("/v1/jobs/{job}/seeds.json", results::seeds_json)
+        .result("/v1/jobs/{job}/seeds.csv", results::seeds_csv)
         .post("/v1/flatten", flatten::flatten)
         .get("/healthz", health::healthz)
         .get("/readyz", health::readyz)
@@ -63,7 +63,8 @@ fn table() -> Routes {
 /// The service's router, with everything that surrounds its handlers.
 pub fn router(app: App) -> Router {
     let metrics = app.store().metrics().clone();
-    surrounded(table().router, metrics).with_state(app)
+    let Routes { router, results, .. } = table();
+    surrounded(router, results, metrics).with_state(app)
 }
 
 /// Every method and path that there is.
@@ -73,18 +74,21 @@ pub fn paths() -> Vec<(Method, &'static str)> {
 }
 
 /// What every request goes through, from the inside out: a panic becomes an answer, every error a problem document,
-/// long answers are compressed, and compressed ones have tags of their own.
-fn surrounded<S: Clone + Send + Sync + 'static>(router: Router<S>, metrics: Metrics) -> Router<S> {
-    router
-        .fallback(nothing_here)
-        .layer(CatchPanicLayer::custom(panicked))
-        .layer(from_fn(finish))
+/// long answers are compressed, and compressed ones have tags of their own. `results` are kept compressed: for them those
+/// last two would be a way to walk for nothing, at each of many reads.
+fn surrounded<S>(router: Router<S>, results: Router<S>, metrics: Metrics) -> Router<S>
+where
+    S: Clone + Send + Sync + 'static,
+{
+    let faultless = |router: Router<S>| router.layer(CatchPanicLayer::custom(panicked)).layer(from_fn(finish));
+    faultless(router.fallback(nothing_here))
         // Events go out one by one; a compressor would collect them.
         .layer(
             CompressionLayer::new()
                 .compress_when(SizeAbove::new(COMPRESSED_ABOVE).and(NotForContentType::SSE).and(is_not_coded)),
         )
         .layer(from_fn(finish_tags))
+        .merge(faultless(results))
         .layer(from_fn_with_state(metrics, layers::surround))
 }
 
@@ -109,12 +113,20 @@ async fn nothing_here(uri: Uri) -> Problem {
 #[derive(Default)]
 struct Routes {
     router: Router<App>,
+    /// Those whose answers come in a coding and with a tag of their own.
+    results: Router<App>,
     paths: Vec<(Method, &'static str)>,
 }
 
 impl Routes {
     fn get<H: Handler<T, App>, T: 'static>(self, path: &'static str, handler: H) -> Self {
         self.on(Method::GET, MethodFilter::GET, path, handler)
+    }
+
+    fn result<H: Handler<T, App>, T: 'static>(mut self, path: &'static str, handler: H) -> Self {
+        self.results = self.results.route(path, on(MethodFilter::GET, handler));
+        self.paths.push((Method::GET, path));
+        self
     }
 
     fn post<H: Handler<T, App>, T: 'static>(self, path: &'static str, handler: H) -> Self {
@@ -165,18 +177,21 @@ mod tests {
     async fn a_panic_is_a_problem_that_tells_nothing_and_the_next_request_is_served() {
         let router = surrounded(
             Router::new().route("/panic", get(panics)).route("/good", get(|| async { "good" })),
+            Router::new().route("/result", get(panics)),
             Metrics::new(),
         );
-        let (status, text) = asked(&router, "/panic").await;
-        assert_eq!(status, StatusCode::INTERNAL_SERVER_ERROR);
-        assert!(text.contains("/problems/internal") && !text.contains("secret"), "{text}");
+        for path in ["/panic", "/result"] {
+            let (status, text) = asked(&router, path).await;
+            assert_eq!(status, StatusCode::INTERNAL_SERVER_ERROR);
+            assert!(text.contains("/problems/internal") && !text.contains("secret"), "{text}");
+        }
         assert_eq!(asked(&router, "/good").await, (StatusCode::OK, "good".to_owned()));
     }
 
     #[tokio::test]
     async fn errors_that_the_framework_makes_are_problems_too() {
         let refusing = get(|| async { (StatusCode::PAYLOAD_TOO_LARGE, "too long") });
-        let router = surrounded(Router::new().route("/long", refusing), Metrics::new());
+        let router = surrounded(Router::new().route("/long", refusing), Router::new(), Metrics::new());
         let (status, text) = asked(&router, "/long").await;
         assert_eq!(status, StatusCode::PAYLOAD_TOO_LARGE);
         assert!(text.contains("/problems/body-too-large"), "{text}");

@@ -45,7 +45,8 @@ impl FromStr for JobId {
     /// The hyphenated form alone, in lower case: one job, one address.
     fn from_str(text: &str) -> Result<Self, NotAnId> {
         let id = Self(Uuid::parse_str(text).map_err(|_| NotAnId)?);
-        if id.to_string() == text { Ok(id) } else { Err(NotAnId) }
+        let mut buffer = Uuid::encode_buffer();
+        if id.0.hyphenated().encode_lower(&mut buffer) == text { Ok(id) } else { Err(NotAnId) }
     }
 }
 

@@ -4,8 +4,9 @@
 //! database) is read when it is asked for ([`Standing`]). Every label has few values: kinds of work and routes are those
 //! of this program, whatever a client sends. Times are seconds, sizes bytes, as Prometheus has it.
 
+use std::collections::HashMap;
 use std::sync::atomic::AtomicU64;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use prometheus_client::encoding::{EncodeLabelSet, text};
@@ -64,8 +65,26 @@ type Classes = fn() -> Histogram;
 #[derive(Debug, Clone)]
 pub struct Metrics(Arc<Inner>);
 
+/// The numbers of a route's answers to one method with one status.
+#[derive(Debug)]
+struct Answers {
+    method: &'static str,
+    status: u16,
+    count: Counter,
+    seconds: Histogram,
+}
+
+impl Answers {
+    fn one(&self, took: Duration) {
+        self.count.inc();
+        self.seconds.observe(took.as_secs_f64());
+    }
+}
+
 #[derive(Debug)]
 struct Inner {
+    /// By route: what its answers count, so that no labels are made and looked up for each of them.
+    answers: RwLock<HashMap<String, Vec<Answers>>>,
     requests: Family<Request, Counter>,
     request_seconds: Family<Route, Histogram, Classes>,
     ended: Family<KindState, Counter>,
@@ -181,6 +200,7 @@ impl Metrics {
             ConstGauge::new(1_i64),
         );
         Self(Arc::new(Inner {
+            answers: RwLock::default(),
             requests,
             request_seconds,
             ended,
@@ -202,9 +222,27 @@ impl Metrics {
     /// A request was answered. `route` is the pattern that it met, none when it met none.
     pub fn answered(&self, method: &str, route: Option<&str>, status: u16, took: Duration) {
         let method = METHODS.into_iter().find(|known| *known == method).unwrap_or(OTHER);
-        let route = route.unwrap_or(OTHER).to_owned();
-        self.0.requests.get_or_create(&Request { method, route: route.clone(), status }).inc();
-        self.0.request_seconds.get_or_create(&Route { method, route }).observe(took.as_secs_f64());
+        let route = route.unwrap_or(OTHER);
+        let of = |answers: &&Answers| answers.method == method && answers.status == status;
+        let known = self.0.answers.read().unwrap_or_else(PoisonError::into_inner);
+        if let Some(answers) = known.get(route).and_then(|known| known.iter().find(of)) {
+            return answers.one(took);
+        }
+        drop(known);
+        let route = route.to_owned();
+        let answers = Answers {
+            method,
+            status,
+            count: self.0.requests.get_or_create_owned(&Request { method, route: route.clone(), status }),
+            seconds: self.0.request_seconds.get_or_create_owned(&Route { method, route: route.clone() }),
+        };
+        answers.one(took);
+        let mut known = self.0.answers.write().unwrap_or_else(PoisonError::into_inner);
+        let known = known.entry(route).or_default();
+        // Two may have met a new status at once; both counted in the same place.
+        if !known.iter().any(|known| of(&known)) {
+            known.push(answers);
+        }
     }
 
     /// A job ended in `state`, after it had waited and run so long.

@@ -15,7 +15,8 @@ pub(crate) enum Coding {
     Zstd,
 }
 
-/// Marks an answer that is in the coding of its choice already, be it none (as an extension of the response).
+/// Marks an answer that is in the coding of its choice already, be it none, and has the tag of that (as an extension of
+/// the response).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Coded;
 
@@ -41,6 +42,9 @@ impl Coding {
     /// header is absent or refuses everything.
     #[must_use]
     pub(crate) fn choose(headers: &HeaderMap) -> Self {
+        if !headers.contains_key(header::ACCEPT_ENCODING) {
+            return Self::Identity;
+        }
         let listed = || {
             let values = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|v| v.to_str().ok());
             values.flat_map(|v| v.split(',')).filter_map(parse)

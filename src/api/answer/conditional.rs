@@ -1,7 +1,10 @@
 //! Entity tags: an answer that the client has already costs a header (RFC 9110, 8.8.3 and 13.1.2).
 //!
 //! A tag names a representation's bytes. A compressed representation has other bytes, so it has the same tag with the
-//! coding's name appended; [`finish_tags`] sees to that behind the compression layer.
+//! coding's name appended; [`finish_tags`] sees to that behind the compression layer, and [`Tag::coded`] for answers that
+//! have made their own choice of a coding.
+
+use std::sync::Arc;
 
 use axum::body::Body;
 use axum::extract::Request;
@@ -9,14 +12,16 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
+use super::{Coded, Coding};
+
 /// Codings that answers may be compressed with.
 const CODINGS: [&str; 2] = ["gzip", "zstd"];
 /// Hexadecimal digits of a tag: 128 bits.
 const DIGITS: usize = 32;
 
-/// A strong entity tag.
+/// A strong entity tag; clones share it.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(crate) struct Tag(String);
+pub(crate) struct Tag(Arc<str>);
 
 impl Tag {
     /// The tag of what these parts, in this order, determine.
@@ -27,7 +32,7 @@ impl Tag {
             hasher.update(&(part.len() as u64).to_le_bytes());
             hasher.update(part);
         }
-        Self(hasher.finalize().to_hex().chars().take(DIGITS).collect())
+        Self(hasher.finalize().to_hex()[..DIGITS].into())
     }
 
     /// As a header's value.
@@ -35,6 +40,17 @@ impl Tag {
     pub(crate) fn header(&self) -> HeaderValue {
         // Hexadecimal digits in quotes are a header's value always.
         HeaderValue::from_str(&format!("\"{}\"", self.0)).unwrap_or_else(|_| HeaderValue::from_static("\"\""))
+    }
+
+    /// As a header's value for the bytes in this coding.
+    #[must_use]
+    pub(crate) fn coded(&self, coding: Coding) -> HeaderValue {
+        match coding {
+            Coding::Identity => self.header(),
+            // As above.
+            _ => HeaderValue::from_str(&format!("\"{}-{}\"", self.0, coding.name()))
+                .unwrap_or_else(|_| HeaderValue::from_static("\"\"")),
+        }
     }
 
     /// `304` when the client has what this tag names, in whatever coding.
@@ -58,13 +74,16 @@ impl Tag {
         let quoted = listed.strip_prefix("W/").unwrap_or(listed);
         let Some(tag) = quoted.strip_prefix('"').and_then(|t| t.strip_suffix('"')) else { return false };
         let plain = CODINGS.iter().find_map(|coding| tag.strip_suffix(coding)?.strip_suffix('-')).unwrap_or(tag);
-        plain == self.0
+        plain == &*self.0
     }
 }
 
-/// Gives compressed answers tags of their own. Stands outside the compression layer.
+/// Gives compressed answers tags of their own. Stands outside the compression layer, whose answers alone it changes.
 pub(crate) async fn finish_tags(request: Request, next: Next) -> Response<Body> {
     let mut response = next.run(request).await;
+    if response.extensions().get::<Coded>().is_some() {
+        return response;
+    }
     let headers = response.headers_mut();
     if let Some(coding) = headers.get(header::CONTENT_ENCODING).and_then(|v| v.to_str().ok())
         && let Some(tag) = headers.get(header::ETAG).and_then(|v| v.to_str().ok()?.strip_suffix('"'))
@@ -97,7 +116,7 @@ mod tests {
         ] {
             assert_eq!(status(&tag, &listed), Some(StatusCode::NOT_MODIFIED), "{listed}");
         }
-        for listed in [format!("\"{text}x\""), text.clone(), "\"\"".to_owned(), format!("\"{text}-br\"")] {
+        for listed in [format!("\"{text}x\""), text.to_string(), "\"\"".to_owned(), format!("\"{text}-br\"")] {
             assert_eq!(status(&tag, &listed), None, "{listed}");
         }
     }

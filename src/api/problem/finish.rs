@@ -14,7 +14,7 @@ use crate::api::layers::RequestId;
 
 /// Writes the document of a problem, and makes problems of error answers that are none.
 pub async fn finish(request: Request, next: Next) -> Response {
-    let path = request.uri().path().to_owned();
+    let uri = request.uri().clone();
     let method = request.method().clone();
     let id = request.extensions().get::<RequestId>().cloned();
     let mut response = next.run(request).await;
@@ -25,6 +25,7 @@ pub async fn finish(request: Request, next: Next) -> Response {
     if !response.status().is_client_error() && !response.status().is_server_error() {
         return response;
     }
+    let path = uri.path();
     let problem = response.extensions_mut().remove::<Arc<Problem>>().unwrap_or_else(|| {
         let kind = Kind::of_status(response.status());
         let detail = match kind {
@@ -40,7 +41,6 @@ pub async fn finish(request: Request, next: Next) -> Response {
     parts.headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
     parts.headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
     // A problem holds strings, numbers that were checked, and nothing that can fail to be written.
-    let body = serde_json::to_vec(&problem.document(&path).to(id.as_ref().map(|RequestId(id)| id.as_str())))
-        .unwrap_or_default();
+    let body = serde_json::to_vec(&problem.document(path).to(id.as_ref().map(RequestId::as_str))).unwrap_or_default();
     Response::from_parts(parts, Body::from(body))
 }

@@ -1,10 +1,12 @@
 //! Results: what came out of a job, in the form that is asked for.
 
+mod heads;
 mod kinds;
 mod rendering;
 mod renderings;
 mod show;
 
+pub(crate) use heads::Heads;
 pub use kinds::ResultKind;
 pub use rendering::{Source, render};
 pub(crate) use renderings::Renderings;

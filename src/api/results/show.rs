@@ -1,18 +1,17 @@
 //! `GET /v1/jobs/{job}/mesh`, `/pattern`, `/report`: by `Accept`, or by suffix.
 
-use axum::extract::{Path, State};
-use axum::http::{HeaderMap, HeaderValue, header};
-use axum::response::{IntoResponse, Response};
+use axum::body::Body;
+use axum::extract::{Path, Request, State};
+use axum::http::HeaderMap;
+use axum::response::Response;
 
 use super::ResultKind;
-use super::rendering::tag;
 use super::renderings::{Wanted, rendered};
 use crate::api::App;
-use crate::api::answer::{Coded, Coding, Form, choose, disposition};
+use crate::api::answer::{Coded, Coding, Form, choose};
 use crate::api::jobs::{Failure, absent, id_of};
 use crate::api::problem::{Kind, Problem};
 use crate::api::request::Query;
-use crate::api::surfaces::NAME;
 use crate::store::{EndedJob, Standing, State as JobState};
 
 /// One handler for each address: the result, and the form where the suffix names it.
@@ -23,11 +22,13 @@ macro_rules! handlers {
             State(app): State<App>,
             Path(id): Path<String>,
             query: Query,
-            headers: HeaderMap,
+            request: Request,
         ) -> Result<Response, Problem> {
             query.only(&[])?;
             let form = None::<Form>$(.or(Some(Form::$form)))?;
-            show(&app, &id, &headers, ResultKind::$kind, form).await
+            // The headers are moved out, not copied.
+            let (parts, _) = request.into_parts();
+            show(&app, &id, &parts.headers, ResultKind::$kind, form).await
         })*
     };
 }
@@ -106,28 +107,15 @@ pub(crate) async fn answer(
         }
         Standing::Ended(job) => job,
     };
-    let stored = job.result(kind.stored_as(form)).ok_or_else(|| none(job, kind))?;
-    let tag = tag(stored.digest, form, &job.labels);
-    if let Some(answer) = tag.not_modified(headers) {
+    let head = app.heads().of(job, kind, form).ok_or_else(|| none(job, kind))?;
+    if let Some(answer) = head.tag.not_modified(headers) {
         return Ok(answer);
     }
-    let wanted = Wanted { job: job.clone(), kind, form, tag: tag.clone(), coding: Coding::choose(headers) };
+    let wanted = Wanted { job: job.clone(), kind, form, tag: head.tag.clone(), coding: Coding::choose(headers) };
     let written = rendered(app, wanted).await?.ok_or_else(absent)?;
-    let stem = job.labels.get("part_number").or_else(|| job.labels.get(NAME)).map_or("", String::as_str);
-    // A browser shows what it can show; what is made for other programs is saved.
-    let inline = matches!(form, Form::Svg | Form::Json);
-    let headers = [
-        (header::CONTENT_TYPE, HeaderValue::from_static(form.media())),
-        (header::ETAG, tag.header()),
-        (header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache")),
-        (header::VARY, HeaderValue::from_static("accept, accept-encoding")),
-        (header::CONTENT_DISPOSITION, disposition(stem, kind.name(), form.suffix(), inline)),
-    ];
-    let mut response = (headers, written.bytes).into_response();
-    if let Some(coding) = written.coding.header() {
-        response.headers_mut().insert(header::CONTENT_ENCODING, coding);
-    }
-    // It is in the coding that was chosen; the compression layer is to leave it so.
+    let mut response = Response::new(Body::from(written.bytes));
+    *response.headers_mut() = head.headers(written.coding);
+    // It is in the coding that was chosen, and its tag says so; the compression layer is to leave it so.
     response.extensions_mut().insert(Coded);
     Ok(response)
 }
