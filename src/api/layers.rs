@@ -117,8 +117,59 @@ fn trace(headers: &HeaderMap) -> Option<(&str, &str)> {
 #[cfg(test)]
 mod tests {
     use std::collections::HashSet;
+    use std::io;
+    use std::sync::{Arc, Mutex};
+
+    use axum::Router;
+    use axum::body::Body;
+    use axum::http::StatusCode;
+    use axum::middleware::from_fn_with_state;
+    use axum::routing::get;
+    use tower::ServiceExt as _;
 
     use super::*;
+
+    /// A log that is read afterwards.
+    #[derive(Clone, Default)]
+    struct Lines(Arc<Mutex<Vec<u8>>>);
+
+    impl io::Write for Lines {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[tokio::test]
+    async fn the_log_tells_of_changes_and_refusals_and_at_debug_of_reads_that_went_well() {
+        let router = Router::new()
+            .route("/", get(|| async {}).post(|| async {}))
+            .route("/failing", get(|| async { StatusCode::INTERNAL_SERVER_ERROR }))
+            .layer(from_fn_with_state(Metrics::new(), surround));
+        let router = &router;
+        let log = async |level: tracing::Level| {
+            let lines = Lines::default();
+            let to = lines.clone();
+            let log = tracing_subscriber::fmt().with_max_level(level).with_ansi(false).with_writer(move || to.clone());
+            let _here = tracing::subscriber::set_default(log.finish());
+            for (method, path) in [("GET", "/"), ("HEAD", "/"), ("POST", "/"), ("PUT", "/"), ("GET", "/failing")] {
+                let request = Request::builder().method(method).uri(path).header(REQUEST_ID, "abc-1");
+                router.clone().oneshot(request.body(Body::empty()).unwrap()).await.unwrap();
+            }
+            String::from_utf8(lines.0.lock().unwrap().clone()).unwrap()
+        };
+        let info = log(tracing::Level::INFO).await;
+        let told = |log: &str, what: &str| log.lines().any(|line| line.contains(what) && line.contains("abc-1"));
+        for what in ["POST /: 200", "PUT /: 405", "GET /failing: 500"] {
+            assert!(told(&info, what), "{what} is not in {info}");
+        }
+        assert!(!told(&info, "GET /: 200") && !told(&info, "HEAD /: 200"), "{info}");
+        let debug = log(tracing::Level::DEBUG).await;
+        assert!(told(&debug, "GET /: 200") && told(&debug, "HEAD /: 200"), "{debug}");
+    }
 
     fn traced(value: &'static str) -> bool {
         trace(&HeaderMap::from_iter([(TRACE_PARENT, HeaderValue::from_static(value))])).is_some()
