@@ -4,6 +4,10 @@
 
 /// Code and text, by code.
 pub const CODES: &[(&str, &str)] = &[
+    (
+        "budget-spent",
+        "No seed triangle has succeeded in the time that the search was given. Give it more, or name a seed.",
+    ),
     ("cancelled", "Somebody cancelled the job before it ended."),
     ("crashed", "The job ended the whole program, several times; it is not tried again. Tell the operator."),
     ("invalid-nurbs", "Degrees, knots, control points or weights do not make a surface. `place` says where."),
