@@ -308,15 +308,17 @@ fn run(
     mut goes_on: impl FnMut(&Scratch) -> bool,
 ) -> Result<(), Stop> {
     lay_seed(mesh, readings.parent, seed, scratch);
+    let is_default = readings == Readings::default();
     let (mut from, mut to) = (1, scratch.order.len());
     while from < to {
         scratch.order.arrange(from, readings.order);
         let level = scratch.levels.len() as u32;
         let (counts, flipped) = match (readings.parent, readings.anchor) {
-            (Parent::First, Anchor::Start) => process::<false, false>(mesh, readings, from..to, scratch),
-            (Parent::First, Anchor::End) => process::<false, true>(mesh, readings, from..to, scratch),
-            (Parent::Last, Anchor::Start) => process::<true, false>(mesh, readings, from..to, scratch),
-            (Parent::Last, Anchor::End) => process::<true, true>(mesh, readings, from..to, scratch),
+            _ if is_default => process::<false, true, true>(mesh, readings, from..to, scratch),
+            (Parent::First, Anchor::Start) => process::<false, false, false>(mesh, readings, from..to, scratch),
+            (Parent::First, Anchor::End) => process::<false, true, false>(mesh, readings, from..to, scratch),
+            (Parent::Last, Anchor::Start) => process::<true, false, false>(mesh, readings, from..to, scratch),
+            (Parent::Last, Anchor::End) => process::<true, true, false>(mesh, readings, from..to, scratch),
         };
         scratch.levels.push(counts);
         scratch.flattened = from + counts.triangles as usize;
@@ -360,30 +362,28 @@ fn lay_seed(mesh: &CaderMesh, parent: Parent, seed: u32, scratch: &mut Scratch) 
 /// Unfolds the triangles of one level in their order, as far as the first whose apex turns a triangle over: gives what
 /// was counted, and the least triangle that turned over.
 ///
-/// All that the loop needs stands in local slices, and nothing in it allocates.
-fn process<const LAST: bool, const END: bool>(
+/// All that the loop needs stands in local slices, and nothing in it allocates. The default readings, which searches run
+/// thousands of times, have a copy of the loop that asks for none of them.
+fn process<const LAST: bool, const END: bool, const DEFAULT: bool>(
     mesh: &CaderMesh,
     readings: Readings,
     level: Range<usize>,
     scratch: &mut Scratch,
 ) -> (LevelCounts, Option<u32>) {
     let parent = if LAST { Parent::Last } else { Parent::First };
+    let readings = if DEFAULT { Readings::default() } else { readings };
     let flat = scratch.flat.as_mut_slice();
     let positions = scratch.positions.as_mut_slice();
     let hinges = mesh.hinges.as_slice();
     let mut walk = scratch.order.walk();
     let (mut averaged, mut duplicates) = (0, 0);
-    // Where averaging goes along a front each triangle stands on the apex of the one before. Kept at hand it need not go
-    // through memory.
-    let (mut last, mut last_place) = (NONE, DVec2::NAN);
     let mut at = level.start;
     let mut flipped = None;
     while at < level.end {
         let tag = walk.tag(at, parent);
         at += 1;
         let hinge = &hinges[(tag - (tag >> 2)) as usize];
-        let a = if hinge.start == last { last_place } else { flat[hinge.start as usize] };
-        let b = if hinge.end == last { last_place } else { flat[hinge.end as usize] };
+        let (a, b) = (flat[hinge.start as usize], flat[hinge.end as usize]);
         walk.touch(hinge.neighbours, parent);
         let new = hinge.unfold::<END>(a, b);
         let apex = hinge.apex as usize;
@@ -400,11 +400,10 @@ fn process<const LAST: bool, const END: bool>(
                 Average::Running => old + (new.tip() - old) / f64::from(before + 1),
             };
             flat[apex] = moved;
-            (last, last_place) = (hinge.apex, moved);
             averaged += 1;
             duplicates += u32::from(before > 1);
             match readings.check {
-                Check::Incident => looks_flipped(mesh.rings.of(hinge.apex), flat, moved),
+                Check::Incident => looks_flipped(&mesh.rings, hinge.apex, flat, moved),
                 Check::Current => !lies_upright([a, b, moved]),
                 Check::Final => false,
             }
@@ -429,26 +428,28 @@ fn process<const LAST: bool, const END: bool>(
 #[cold]
 fn least_flipped_at(mesh: &CaderMesh, mut record: Record, flat: &[DVec2], vertex: u32) -> Option<u32> {
     let place = |v: u32| flat[v as usize];
-    let pairs = mesh.rings.of(vertex).windows(2).zip(mesh.rings.triangles_of(vertex));
-    pairs
-        .filter(|(pair, _)| orientation(place(vertex), place(pair[0]), place(pair[1])) <= 0.0)
-        .map(|(_, &triangle)| triangle)
-        .filter(|&triangle| triangle != NONE && record.is_done(triangle))
-        .min()
+    let turned = |[p, q]: [u32; 2]| orientation(place(vertex), place(p), place(q)) <= 0.0;
+    let triangles = mesh.rings.triangles_of(vertex).filter(|(pair, _)| turned(*pair));
+    triangles.map(|(_, triangle)| triangle).filter(|&triangle| record.is_done(triangle)).min()
 }
 
-/// Whether some triangle of a ring, flattened or not, is turned over.
+/// Whether some triangle of a vertex, flattened or not, is turned over when the vertex lies at this place.
 #[inline]
-fn looks_flipped(ring: &[u32], flat: &[DVec2], centre: DVec2) -> bool {
+fn looks_flipped(rings: &Rings, vertex: u32, flat: &[DVec2], centre: DVec2) -> bool {
     let mut flipped = false;
-    let mut last = DVec2::NAN;
-    for &neighbour in ring {
-        let spoke = flat[neighbour as usize] - centre;
-        // False for a neighbour that does not lie yet: its place is NaN.
-        flipped |= last.x * spoke.y <= last.y * spoke.x;
-        last = spoke;
+    let mut block = rings.first(vertex);
+    loop {
+        let spokes = block.neighbours.map(|neighbour| flat[neighbour as usize] - centre);
+        for k in 1..spokes.len() {
+            let (last, spoke) = (spokes[k - 1], spokes[k]);
+            // False for a neighbour that does not lie yet, and for a gap: its place is NaN.
+            flipped |= last.x * spoke.y <= last.y * spoke.x;
+        }
+        match rings.after(block) {
+            Some(next) => block = next,
+            None => return flipped,
+        }
     }
-    flipped
 }
 
 /// The least triangle that lies turned over, or nowhere.
