@@ -452,10 +452,13 @@ mod tests {
             if found.faults.is_empty() {
                 prop_assert_eq!(found.topology.fan_count(), found.mesh.positions.len());
             }
-            // What was assembled needs no more mending.
-            let again = assemble(&found.mesh.positions, &found.mesh.triangles, false).unwrap();
-            prop_assert_eq!(&again.mesh.triangles, &found.mesh.triangles);
-            prop_assert_eq!(again.changes, Changes::default());
+            // What was assembled without a fault needs no more mending. (Where it was cut at a fault, other triangles are
+            // neighbours than before.)
+            if found.faults.is_empty() {
+                let again = assemble(&found.mesh.positions, &found.mesh.triangles, false).unwrap();
+                prop_assert_eq!(&again.mesh.triangles, &found.mesh.triangles);
+                prop_assert_eq!(again.changes, Changes::default());
+            }
         }
     }
 }

@@ -507,8 +507,9 @@ mod tests {
         for landscape in [true, false] {
             let settings = SearchSettings { options, landscape, ..SearchSettings::default() };
             let found = search(&mesh, &topology, &settings, &Impatient::new(usize::MAX, 3)).unwrap();
-            // Four slices: the first is not asked about.
-            assert_eq!(found.tried, 8 + 16 + 3 + 32);
+            // Four slices, each meant to be twice as large as the one before; the sample ends within the third. The first is
+            // not asked about.
+            assert_eq!(found.tried, 8 + 16 + 3 + 64);
             assert!(!found.complete());
             let untried = found.outcomes.iter().filter(|o| **o == SeedOutcome::Untried).count() as u64;
             assert_eq!(found.tried + untried, mesh.triangles.len() as u64);
