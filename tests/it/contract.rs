@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use planish::queue::EngineRunner;
 use serde_json::{Value, json};
 
 use crate::support::api::{Held, Live, Sketch, plate, settings};
@@ -202,10 +203,12 @@ async fn every_operation_knows_the_query_parameters_that_the_contract_lists_and_
 
 #[tokio::test(flavor = "multi_thread")]
 async fn every_refusal_that_the_contract_lists_is_given_and_every_other_method_is_refused() {
-    let live = Arc::new(Live::start(Arc::new(Held::<Sketch>::default()), &settings(|s| s.max_body_mib = 1)).await);
+    let live =
+        Arc::new(Live::start(Arc::new(Held::<EngineRunner>::default()), &settings(|s| s.max_body_mib = 1)).await);
     let surface = live.surface(&plate()).await;
-    let done = live.job(&json!({ "kind": "flatten", "surface": surface })).await;
-    live.ended(&done).await;
+    // A search has every result that there is.
+    let done = live.job(&json!({ "kind": "optimum-seed-search", "surface": surface })).await;
+    assert_eq!(live.ended(&done).await["state"], "succeeded");
     let runs = live.job(&json!({ "kind": "flatten", "surface": surface, "labels": { "test": "endless" } })).await;
     let long = format!("{{{}}}", " ".repeat(1 << 20));
     for (method, path) in operations() {

@@ -44,7 +44,10 @@ async fn a_search_tells_what_became_of_every_seed_and_flattens_from_the_best() {
     assert_eq!((&found["seeds"], &found["tried"], &found["abandoned"]), (&json!(242), &json!(242), &json!(0)));
     assert_eq!(found["complete"], true);
     assert_eq!(report["flattening"]["seed"], found["best"]);
-    assert_eq!(report["distortion"]["area_change_percent"], found["best_percent"]);
+    // The report adds up the same triangles in another order.
+    let [measured, searched] =
+        [&report["distortion"]["area_change_percent"], &found["best_percent"]].map(|x| x.as_f64().unwrap());
+    assert!((measured / searched - 1.0).abs() < 1e-12, "{measured} {searched}");
     let seeds = live.get(&format!("/v1/jobs/{job}/seeds")).await.expect(200).json();
     let all = seeds["seeds"].as_array().unwrap();
     assert_eq!((all.len(), &seeds["best"]), (242, &json!([found["best"]])));
