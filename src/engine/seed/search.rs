@@ -1,6 +1,6 @@
 //! The exhaustive seed search (thesis 4.4.4): every triangle is tried as the seed, the least change wins.
 //!
-//! Seeds are tried in the order of [`candidates`](super::candidates), in slices whose sizes follow from the mesh alone. The
+//! Seeds are tried in the order of [`candidates`], in slices whose sizes follow from the mesh alone. The
 //! threads of the caller's rayon pool take the seeds of a slice one by one; every outcome is computed by itself. Between
 //! slices the observer hears of the progress, the time is looked at, and the bound is renewed beyond which a seed can no
 //! longer win ([`bound`](super::bound)): a bound that all threads shared at any time would spare a little more, but then
