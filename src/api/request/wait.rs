@@ -1,5 +1,6 @@
 //! How long a client is willing to wait for an answer: `?wait=N`, or `Prefer: wait=N` (RFC 7240).
 
+use std::str::FromStr;
 use std::time::Duration;
 
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
@@ -20,14 +21,27 @@ pub(crate) struct Wait {
     by_header: bool,
 }
 
+/// A whole number of seconds, however many digits it has.
+#[derive(Debug, Clone, Copy)]
+struct Seconds(u64);
+
+impl FromStr for Seconds {
+    type Err = ();
+
+    fn from_str(text: &str) -> Result<Self, ()> {
+        let whole = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        whole.then(|| Self(text.parse().unwrap_or(u64::MAX))).ok_or(())
+    }
+}
+
 impl Wait {
     /// What the request asks for; none when it does not. More than [`MAX_WAIT`] counts as [`MAX_WAIT`].
     ///
     /// # Errors
     /// A `wait` of the query that is no whole number. A header that cannot be read is ignored, as RFC 7240 demands.
     pub(crate) fn of(query: &Query, headers: &HeaderMap) -> Result<Option<Self>, Problem> {
-        if let Some(seconds) = query.parsed::<u64>("wait", "a number of seconds, from 0 to 60")? {
-            return Ok(Some(Self { seconds: seconds.min(MAX_WAIT), by_header: false }));
+        if let Some(seconds) = query.parsed::<Seconds>("wait", "a number of seconds, from 0 to 60")? {
+            return Ok(Some(Self { seconds: seconds.0.min(MAX_WAIT), by_header: false }));
         }
         let preferences = headers.get_all(PREFER).iter().filter_map(|v| v.to_str().ok()).flat_map(|v| v.split(','));
         let mut asked = None;
@@ -36,10 +50,10 @@ impl Wait {
                 preference.split(';').next().unwrap_or_default().split_once('=').unwrap_or((preference, ""));
             let value = value.trim().trim_matches('"');
             if asked.is_none() && name.trim().eq_ignore_ascii_case("wait") {
-                asked = value.parse::<u64>().ok();
+                asked = value.parse::<Seconds>().ok();
             }
         }
-        Ok(asked.map(|seconds| Self { seconds: seconds.min(MAX_WAIT), by_header: true }))
+        Ok(asked.map(|Seconds(seconds)| Self { seconds: seconds.min(MAX_WAIT), by_header: true }))
     }
 
     /// The longest wait there is, for calls that wait unasked.
@@ -76,6 +90,8 @@ mod tests {
         assert_eq!(asked("respond-async, Wait = \"7\"; x"), Some(7));
         assert_eq!(asked("wait=5, wait=6"), Some(5));
         assert_eq!(asked("wait=600"), Some(MAX_WAIT));
+        // More digits than any number holds.
+        assert_eq!(asked("wait=208881637390375976960"), Some(MAX_WAIT));
         for ignored in ["wait", "wait=", "wait=soon", "waiting=5", "respond-async"] {
             assert_eq!(asked(ignored), None, "{ignored}");
         }
