@@ -84,6 +84,9 @@ pub struct Summary {
     /// Area of the part, where it could be had; else there is a warning.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area_mm2: Option<f64>,
+    /// Triangles that the default tolerance makes, roughly, where the part could be measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub default_triangles: Option<u64>,
     /// Along u and v.
     pub degrees: [usize; 2],
     /// Rows and columns of the net.
@@ -121,12 +124,12 @@ pub fn summarise(read: &ReadSurface) -> Summary {
     let mut warn = |code: &str, detail: String| {
         warnings.push(SurfaceWarning { code: code.to_owned(), detail, place: None });
     };
-    let ([low, high], area_mm2) = match survey(&read.trimmed, &read.checked) {
-        Ok(survey) => (survey.bounding_box, Some(survey.area)),
+    let ([low, high], area_mm2, default_triangles) = match survey(&read.trimmed, &read.checked) {
+        Ok(survey) => (survey.bounding_box, Some(survey.area), Some(survey.triangles)),
         Err(error) => {
             let detail = format!("the part could not be measured, so the box is that of the control net: {error}");
             warn("not-measured", detail);
-            (surface.bounding_box(), None)
+            (surface.bounding_box(), None, None)
         }
     };
     let diagonal_mm = low.distance(high);
@@ -139,6 +142,7 @@ pub fn summarise(read: &ReadSurface) -> Summary {
         bounding_box_mm: [low.to_array(), high.to_array()],
         diagonal_mm,
         area_mm2,
+        default_triangles,
         degrees: [u.degree(), v.degree()],
         control_points: [u.control_count(), v.control_count()],
         knot_spans: [spans(u), spans(v)],

@@ -22,8 +22,8 @@ pub struct Settings {
     /// Threads that one heavy job may use; fewer where there are so many workers that it would be 256 in all. Results do
     /// not depend on it.
     pub threads: usize,
-    /// A job of at most this cost is light. Cost is in triangle visits (triangles times seeds tried); 200 000 are
-    /// some tens of milliseconds.
+    /// A job of at most this cost is light. Cost is in triangle visits (a few for each triangle, and triangles times seeds
+    /// tried); a million are some tens of milliseconds: every seed of 990 triangles, or one of 50 000.
     pub light_cost: u64,
     /// Jobs that may wait. At this many, new ones are refused rather than accepted and forgotten.
     pub most_waiting: u64,
@@ -61,7 +61,7 @@ impl Default for Settings {
             workers: cores.min(MOST_WORKERS),
             light_workers: cores.div_ceil(4).min(MOST_WORKERS),
             threads: cores.min(MOST_THREADS),
-            light_cost: 200_000,
+            light_cost: 1_000_000,
             most_waiting: 10_000,
             most_attempts: 3,
             lease: Duration::from_secs(30),

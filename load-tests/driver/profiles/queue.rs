@@ -37,7 +37,7 @@ pub(super) async fn run(target: &Target, figures: &mut Figures) -> anyhow::Resul
     }
     // Small in work, and in the lane of the large ones, so that they wait behind the plugs.
     let job = |n: usize| {
-        json!({ "kind": "flatten", "surface": surfaces[n % SURFACES], "triangulation": { "grid": [16, 17] },
+        json!({ "kind": "flatten", "surface": surfaces[n % SURFACES], "triangulation": { "grid": [24, 25] },
             "flattening": { "seed": "optimum" }, "labels": { "number": n.to_string() } })
     };
     let jobs: std::sync::Arc<Vec<_>> = std::sync::Arc::new((0..JOBS).map(job).collect());

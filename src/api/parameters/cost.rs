@@ -7,12 +7,16 @@ use super::checks::MAX_BUDGET_S;
 use super::checks::{MAX_TRIANGLES, grid_triangles};
 use crate::engine::flattening::SeedChoice;
 use crate::engine::job::{JobKind, JobOptions};
-use crate::engine::pipeline::{CADER_TRIANGLES, OPTIMUM_UP_TO};
+use crate::engine::pipeline::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, OPTIMUM_UP_TO};
 use crate::engine::triangulation::Density;
 
-/// Triangles times the relative chord (or area) tolerance, on doubly curved parts: real faces came to 0.1 to 4. Too much
-/// sends a small job to the larger lane, where it runs as well; too little lets a large one hold up small ones.
+/// Triangles times the relative chord (or area) tolerance, on doubly curved parts of which no more is known: real faces
+/// came to 0.1 to 4. Too much sends a small job to the larger lane, where it runs as well; too little lets a large one
+/// hold up small ones.
 const TRIANGLES_TIMES_TOLERANCE: f64 = 4.0;
+
+/// What a triangle costs beside the visits of a search: it is made, measured, drawn and written.
+const VISITS_PER_TRIANGLE: u64 = 20;
 
 /// Size of a surface's part, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -23,6 +27,8 @@ pub struct PartSize {
     pub area: Option<f64>,
     /// Triangles of a mesh, which is worked on as it is.
     pub triangles: Option<u64>,
+    /// Triangles that the default tolerance makes of a surface.
+    pub default_triangles: Option<u64>,
 }
 
 impl PartSize {
@@ -30,8 +36,18 @@ impl PartSize {
     #[must_use]
     pub fn of(summary: &Value) -> Self {
         let number = |name: &str| summary.get(name).and_then(Value::as_f64);
-        let triangles = summary.get("triangles").and_then(Value::as_u64);
-        Self { diagonal: number("diagonal_mm"), area: number("area_mm2"), triangles }
+        let count = |name: &str| summary.get(name).and_then(Value::as_u64);
+        Self {
+            diagonal: number("diagonal_mm"),
+            area: number("area_mm2"),
+            triangles: count("triangles"),
+            default_triangles: count("default_triangles"),
+        }
+    }
+
+    /// Triangles times the relative chord tolerance that makes them: their number goes inversely with it.
+    fn triangles_times_tolerance(self) -> f64 {
+        self.default_triangles.map_or(TRIANGLES_TIMES_TOLERANCE, |n| n as f64 * DEFAULT_CHORD_RELATIVE)
     }
 }
 
@@ -41,33 +57,40 @@ pub const VISITS_PER_SECOND: u64 = 100_000_000;
 /// Most visits of a job: ten minutes of them, which is what an attempt may take.
 pub const MAX_VISITS: u64 = 600 * VISITS_PER_SECOND;
 
-/// The estimate, in triangle visits: triangles times seeds tried, as far as the budget allows.
+/// The estimate, in triangle visits: a few for each triangle and, where seeds are searched, as many as seeds are tried, as
+/// far as the budget allows.
 #[must_use]
 pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
     let triangles = match (size.triangles, options.triangulation.grid, options.triangulation.tolerance) {
         (Some(triangles), ..) => triangles,
         (None, Some(grid), _) => grid_triangles(grid),
         (None, None, Some(density)) => by_tolerance(density, size),
-        (None, None, None) => CADER_TRIANGLES.1,
+        (None, None, None) => {
+            let foretold = size.default_triangles.unwrap_or(CADER_TRIANGLES.1);
+            if kind == JobKind::Triangulate { foretold } else { foretold.clamp(CADER_TRIANGLES.0, CADER_TRIANGLES.1) }
+        }
     };
     let searched = match (kind, options.flattening.seed) {
         (JobKind::OptimumSeedSearch, _) | (JobKind::Flatten, Some(SeedChoice::Optimum)) => true,
         (JobKind::Triangulate, _) | (JobKind::Flatten, Some(_)) => false,
         (JobKind::Flatten, None) => triangles <= OPTIMUM_UP_TO as u64,
     };
+    let once = VISITS_PER_TRIANGLE.saturating_mul(triangles);
     if !searched {
-        return triangles;
+        return once;
     }
-    let budget = options.search.budget_s.map_or(u64::MAX, |s| (s * VISITS_PER_SECOND as f64) as u64);
     // The first seeds are tried whatever the budget is.
-    triangles.saturating_mul(triangles).min(budget).max(triangles)
+    let budget = options.search.budget_s.map_or(u64::MAX, |s| (s * VISITS_PER_SECOND as f64) as u64);
+    once.saturating_add(triangles.saturating_mul(triangles).min(budget))
 }
 
 /// Triangles of a mesh whose density is left to a tolerance.
 fn by_tolerance(density: Density, size: PartSize) -> u64 {
+    let of_share = |share: f64| size.triangles_times_tolerance() / share;
     let estimate = match density {
-        Density::ChordRelative(share) | Density::AreaRelative(share) => TRIANGLES_TIMES_TOLERANCE / share,
-        Density::Chord(chord) => size.diagonal.map_or(f64::INFINITY, |d| TRIANGLES_TIMES_TOLERANCE * d / chord),
+        Density::ChordRelative(share) => of_share(share),
+        Density::AreaRelative(share) => TRIANGLES_TIMES_TOLERANCE / share,
+        Density::Chord(chord) => size.diagonal.map_or(f64::INFINITY, |d| of_share(chord / d)),
         Density::Area(area) => size.area.map_or(f64::INFINITY, |a| TRIANGLES_TIMES_TOLERANCE * a / area),
         // Right triangles whose longest side is the edge.
         Density::Edge(edge) => size.area.map_or(f64::INFINITY, |a| 4.0 * a / (edge * edge)),
@@ -85,15 +108,38 @@ mod tests {
         let size = PartSize::default();
         let mut options = JobOptions::default();
         options.triangulation.grid = Some([11, 11]);
-        assert_eq!(cost(JobKind::Triangulate, &options, size), 200);
-        assert_eq!(cost(JobKind::Flatten, &options, size), 40_000);
+        assert_eq!(cost(JobKind::Triangulate, &options, size), 20 * 200);
+        assert_eq!(cost(JobKind::Flatten, &options, size), 20 * 200 + 40_000);
         options.flattening.seed = Some(SeedChoice::Centre);
-        assert_eq!(cost(JobKind::Flatten, &options, size), 200);
+        assert_eq!(cost(JobKind::Flatten, &options, size), 20 * 200);
         let mesh = PartSize { triangles: Some(30), ..size };
-        assert_eq!(cost(JobKind::Triangulate, &options, mesh), 30, "a mesh has the triangles it has");
+        assert_eq!(cost(JobKind::Triangulate, &options, mesh), 20 * 30, "a mesh has the triangles it has");
         options.flattening.seed = None;
         options.triangulation.grid = Some([101, 101]);
-        assert_eq!(cost(JobKind::Flatten, &options, size), 20_000);
+        assert_eq!(cost(JobKind::Flatten, &options, size), 20 * 20_000);
+    }
+
+    #[test]
+    fn a_job_without_options_costs_what_the_default_tolerance_makes_of_the_surface() {
+        let options = JobOptions::default();
+        let of = |kind, foretold| cost(kind, &options, PartSize { default_triangles: foretold, ..PartSize::default() });
+        assert_eq!(of(JobKind::Flatten, Some(300)), 20 * 300 + 300 * 300);
+        // The density is brought into a range for flattening, and only for that.
+        assert_eq!(of(JobKind::Flatten, Some(2)), 20 * 200 + 200 * 200);
+        assert_eq!(of(JobKind::Flatten, Some(90_000)), 20 * 7000 + 7000 * 7000);
+        assert_eq!(of(JobKind::Triangulate, Some(90_000)), 20 * 90_000);
+        // Nothing is known: the most that there may be.
+        assert_eq!(of(JobKind::Flatten, None), 20 * 7000 + 7000 * 7000);
+    }
+
+    #[test]
+    fn what_the_default_tolerance_makes_foretells_other_tolerances() {
+        let mut options = JobOptions::default();
+        let size = PartSize { diagonal: Some(1000.0), default_triangles: Some(500), ..PartSize::default() };
+        for (density, triangles) in [(Density::ChordRelative(1e-4), 5000), (Density::Chord(0.01), 50_000)] {
+            options.triangulation.tolerance = Some(density);
+            assert_eq!(cost(JobKind::Triangulate, &options, size), 20 * triangles, "{density:?}");
+        }
     }
 
     #[test]
@@ -101,20 +147,27 @@ mod tests {
         let size = PartSize::default();
         let mut options = JobOptions::default();
         options.triangulation.grid = Some([301, 301]);
-        assert_eq!(cost(JobKind::Flatten, &options, size), 180_000);
-        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), 180_000 * 180_000);
+        let once = 20 * 180_000;
+        assert_eq!(cost(JobKind::Flatten, &options, size), once);
+        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), once + 180_000 * 180_000);
         options.search.budget_s = Some(2.5);
-        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), 250_000_000);
+        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), once + 250_000_000);
         options.search.budget_s = Some(1e-9);
-        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), 180_000);
+        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), once);
+    }
+
+    #[test]
+    fn no_budget_makes_a_job_that_is_too_large() {
+        let mut options = JobOptions::default();
+        options.triangulation.grid = Some([1001, 2001]);
         options.search.budget_s = Some(MAX_BUDGET_S);
-        assert!(cost(JobKind::OptimumSeedSearch, &options, size) <= MAX_VISITS);
+        assert!(cost(JobKind::OptimumSeedSearch, &options, PartSize::default()) <= MAX_VISITS);
     }
 
     #[test]
     fn a_fine_tolerance_is_a_large_job_on_any_size_of_part() {
         let mut options = JobOptions::default();
-        let size = PartSize { diagonal: Some(1000.0), area: Some(1e5), triangles: None };
+        let size = PartSize { diagonal: Some(1000.0), area: Some(1e5), ..PartSize::default() };
         for (density, least) in [
             (Density::ChordRelative(1e-6), 4_000_000),
             (Density::Chord(1e-3), 4_000_000),
@@ -124,9 +177,9 @@ mod tests {
             (Density::Area(100.0), 4000),
         ] {
             options.triangulation.tolerance = Some(density);
-            assert_eq!(cost(JobKind::Triangulate, &options, size), least, "{density:?}");
+            assert_eq!(cost(JobKind::Triangulate, &options, size), 20 * least, "{density:?}");
         }
         options.triangulation.tolerance = Some(Density::Chord(1.0));
-        assert_eq!(cost(JobKind::Triangulate, &options, PartSize::default()), MAX_TRIANGLES);
+        assert_eq!(cost(JobKind::Triangulate, &options, PartSize::default()), 20 * MAX_TRIANGLES);
     }
 }

@@ -19,9 +19,35 @@ pub(crate) fn key(
     digest: impl FnOnce() -> Digest,
 ) -> Result<Option<IdempotencyKey>, Problem> {
     let Some(value) = headers.get(IDEMPOTENCY_KEY) else { return Ok(None) };
-    let text = value.to_str().unwrap_or_default().trim_matches('"');
-    if !(1..=MAX_KEY).contains(&text.len()) {
-        return Err(Problem::header("Idempotency-Key", &format!("must be 1 to {MAX_KEY} visible ASCII characters")));
-    }
+    let Some(text) = value.to_str().ok().and_then(bare) else {
+        let rule = format!(
+            "must be 1 to {MAX_KEY} visible ASCII characters without quotation marks, or the same between two of them"
+        );
+        return Err(Problem::header("Idempotency-Key", &rule));
+    };
     Ok(Some(IdempotencyKey { scope: scope.to_owned(), key: text.to_owned(), body: digest() }))
+}
+
+/// The key without the quotation marks that a client may put around it; `None` where it is no key.
+fn bare(text: &str) -> Option<&str> {
+    let inner = text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(text);
+    let fits = (1..=MAX_KEY).contains(&inner.len()) && inner.bytes().all(|b| b.is_ascii_graphic() && b != b'"');
+    fits.then_some(inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_is_visible_characters_and_may_stand_between_quotation_marks() {
+        for (text, key) in [("order-2231-1", "order-2231-1"), ("\"a/b\"", "a/b"), ("~", "~")] {
+            assert_eq!(bare(text), Some(key), "{text}");
+        }
+        let longest = "k".repeat(MAX_KEY);
+        assert_eq!(bare(&longest), Some(longest.as_str()));
+        for text in ["", "\"\"", "a b", "a\"b", "\"a", "a\"", "\"", "\"\"a\"\"", "a\tb", &"k".repeat(MAX_KEY + 1)] {
+            assert_eq!(bare(text), None, "{text:?}");
+        }
+    }
 }

@@ -234,11 +234,14 @@ impl Scratch {
         &self.levels
     }
 
-    fn begin(&mut self, mesh: &CaderMesh, seed: u32) {
+    fn begin(&mut self, mesh: &CaderMesh, seed: u32, counts: bool) {
         self.order.begin(mesh.triangle_count(), seed);
         self.flat.clear();
         self.flat.resize(mesh.vertices + 1, DVec2::NAN);
-        self.positions.clear();
+        // Without counts they are never read.
+        if counts {
+            self.positions.clear();
+        }
         self.positions.resize(mesh.vertices, 0);
         self.levels.clear();
         self.levels.reserve(mesh.most_levels);
@@ -251,10 +254,14 @@ impl Scratch {
 /// # Errors
 /// [`Stop`], which [`Stop::error`] turns into what a user reads.
 pub fn flatten(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) -> Result<(), Stop> {
-    flatten_while(mesh, readings, seed, scratch, |_| true)
+    if seed as usize >= mesh.triangle_count() {
+        return Err(Stop::SeedOutOfRange);
+    }
+    run::<true>(mesh, readings, seed, scratch, |_| true)
 }
 
-/// The same, as long as `goes_on` says so: it is asked after every level.
+/// The same for searches, as long as `goes_on` says so: it is asked after every level. Of its levels it only counts the
+/// triangles.
 ///
 /// # Errors
 /// [`Stop`]; [`Stop::Abandoned`] when it said no.
@@ -268,8 +275,7 @@ pub fn flatten_while(
     if seed as usize >= mesh.triangle_count() {
         return Err(Stop::SeedOutOfRange);
     }
-    scratch.begin(mesh, seed);
-    run(mesh, readings, seed, scratch, goes_on)
+    run::<false>(mesh, readings, seed, scratch, goes_on)
 }
 
 /// A flattening together with the reason why it is partial, if it is.
@@ -300,7 +306,21 @@ pub fn flatten_once(
     }
 }
 
-fn run(
+/// A whole run with the widest instructions that the processor has: the same operations, so the same bits on all.
+fn run<const COUNTS: bool>(
+    mesh: &CaderMesh,
+    readings: Readings,
+    seed: u32,
+    scratch: &mut Scratch,
+    goes_on: impl FnMut(&Scratch) -> bool,
+) -> Result<(), Stop> {
+    scratch.begin(mesh, seed, COUNTS || readings != Readings::default());
+    pulp::Arch::new().dispatch(|| run_levels::<COUNTS>(mesh, readings, seed, scratch, goes_on))
+}
+
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "a function of its own would not have the instructions of its caller")]
+fn run_levels<const COUNTS: bool>(
     mesh: &CaderMesh,
     readings: Readings,
     seed: u32,
@@ -314,11 +334,11 @@ fn run(
         scratch.order.arrange(from, readings.order);
         let level = scratch.levels.len() as u32;
         let (counts, flipped) = match (readings.parent, readings.anchor) {
-            _ if is_default => process::<false, true, true>(mesh, readings, from..to, scratch),
-            (Parent::First, Anchor::Start) => process::<false, false, false>(mesh, readings, from..to, scratch),
-            (Parent::First, Anchor::End) => process::<false, true, false>(mesh, readings, from..to, scratch),
-            (Parent::Last, Anchor::Start) => process::<true, false, false>(mesh, readings, from..to, scratch),
-            (Parent::Last, Anchor::End) => process::<true, true, false>(mesh, readings, from..to, scratch),
+            _ if is_default => process::<false, true, true, COUNTS>(mesh, readings, from..to, scratch),
+            (Parent::First, Anchor::Start) => process::<false, false, false, true>(mesh, readings, from..to, scratch),
+            (Parent::First, Anchor::End) => process::<false, true, false, true>(mesh, readings, from..to, scratch),
+            (Parent::Last, Anchor::Start) => process::<true, false, false, true>(mesh, readings, from..to, scratch),
+            (Parent::Last, Anchor::End) => process::<true, true, false, true>(mesh, readings, from..to, scratch),
         };
         scratch.levels.push(counts);
         scratch.flattened = from + counts.triangles as usize;
@@ -363,8 +383,10 @@ fn lay_seed(mesh: &CaderMesh, parent: Parent, seed: u32, scratch: &mut Scratch) 
 /// was counted, and the least triangle that turned over.
 ///
 /// All that the loop needs stands in local slices, and nothing in it allocates. The default readings, which searches run
-/// thousands of times, have a copy of the loop that asks for none of them.
-fn process<const LAST: bool, const END: bool, const DEFAULT: bool>(
+/// thousands of times, have copies of the loop that ask for none of them, one of which does not count positions.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "a function of its own would not have the instructions of its caller")]
+fn process<const LAST: bool, const END: bool, const DEFAULT: bool, const COUNTS: bool>(
     mesh: &CaderMesh,
     readings: Readings,
     level: Range<usize>,
@@ -382,13 +404,20 @@ fn process<const LAST: bool, const END: bool, const DEFAULT: bool>(
     while at < level.end {
         let tag = walk.tag(at, parent);
         at += 1;
+        fetch_hinge(hinges, walk.peek(at + AHEAD));
         let hinge = &hinges[(tag - (tag >> 2)) as usize];
         let (a, b) = (flat[hinge.start as usize], flat[hinge.end as usize]);
         walk.touch(hinge.neighbours, parent);
         let new = hinge.unfold::<END>(a, b);
         let apex = hinge.apex as usize;
-        let before = positions[apex];
-        positions[apex] = before + 1;
+        let before = if COUNTS {
+            let before = positions[apex];
+            positions[apex] = before + 1;
+            before
+        } else {
+            // Whether there was one is all that matters, and a place that is none tells it.
+            u32::from(!flat[apex].x.is_nan())
+        };
         let suspicious = if before == 0 {
             flat[apex] = new.tip();
             // A reading that lets neighbours turn over may leave an edge without length: then there is no place.
@@ -400,8 +429,10 @@ fn process<const LAST: bool, const END: bool, const DEFAULT: bool>(
                 Average::Running => old + (new.tip() - old) / f64::from(before + 1),
             };
             flat[apex] = moved;
-            averaged += 1;
-            duplicates += u32::from(before > 1);
+            if COUNTS {
+                averaged += 1;
+                duplicates += u32::from(before > 1);
+            }
             match readings.check {
                 Check::Incident => looks_flipped(&mesh.rings, hinge.apex, flat, moved),
                 Check::Current => !lies_upright([a, b, moved]),
@@ -423,6 +454,18 @@ fn process<const LAST: bool, const END: bool, const DEFAULT: bool>(
     (LevelCounts { triangles: (at - level.start) as u32, averaged, duplicates }, flipped)
 }
 
+/// Triangles by which the loop is ahead in reading hinges: enough for one to come from the second cache.
+const AHEAD: usize = 3;
+
+/// Has a hinge that will be needed soon brought to the nearest cache: levels cross the mesh, so that no processor guesses
+/// which is next.
+#[inline]
+fn fetch_hinge(hinges: &[Hinge], tag: Option<u32>) {
+    if let Some(hinge) = tag.and_then(|tag| hinges.get((tag - (tag >> 2)) as usize)) {
+        std::hint::black_box(hinge.start);
+    }
+}
+
 /// The least triangle at a vertex that has turned over, of those taken: a triangle whose corners all lie may still be
 /// waiting for its turn.
 #[cold]
@@ -434,7 +477,8 @@ fn least_flipped_at(mesh: &CaderMesh, mut record: Record, flat: &[DVec2], vertex
 }
 
 /// Whether some triangle of a vertex, flattened or not, is turned over when the vertex lies at this place.
-#[inline]
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "a function of its own would not have the instructions of its caller")]
 fn looks_flipped(rings: &Rings, vertex: u32, flat: &[DVec2], centre: DVec2) -> bool {
     let mut flipped = false;
     let mut block = rings.first(vertex);

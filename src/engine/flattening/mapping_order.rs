@@ -114,6 +114,12 @@ impl Walk<'_> {
         }
     }
 
+    /// The tag that stands at a place now: the right one where that level has been arranged.
+    #[inline]
+    pub(super) fn peek(&self, at: usize) -> Option<u32> {
+        self.queue.get(at).copied()
+    }
+
     /// Meets two neighbours of the triangle that is being processed, by the tags of their own half-edges.
     #[inline]
     pub(super) fn touch(&mut self, [one, two]: [u32; 2], parent: Parent) {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::centred::Centred;
-use super::meshed::rough_tolerance;
+use super::meshed::{DEFAULT_CHORD_RELATIVE, rough_tolerance};
 use crate::engine::budget::Unobserved;
 use crate::engine::error::EngineError;
 use crate::engine::triangulation::density::{self, DensityInput, DensityLimits};
@@ -11,8 +11,8 @@ use crate::engine::triangulation::{Configuration, Density, trace, trimmed_area};
 use crate::engine::trimming::{CheckedTrims, TrimmedSurface, part_box};
 
 /// Chord tolerance of the mesh that the area is integrated over, as a fraction of the diagonal. The integrand is that of
-/// the surface itself, so the mesh may be coarse inside.
-const AREA_CHORD: f64 = 1e-3;
+/// the surface itself, so the mesh may be coarse inside. It is the default of a job, whose triangles are so foretold.
+const AREA_CHORD: f64 = DEFAULT_CHORD_RELATIVE;
 
 /// Chord tolerance of the loops, as a fraction of the diagonal. What their chords leave out is missing from the area: at
 /// [`AREA_CHORD`] that would be more than a hundredth of a narrow part, at this it is below a thousandth.
@@ -31,6 +31,9 @@ pub struct Survey {
     pub diagonal: f64,
     /// Area inside the trimming loops, mm^2.
     pub area: f64,
+    /// Triangles of the grid that the default tolerance makes: two for each cell of the domain, of which loops leave some
+    /// out.
+    pub triangles: u64,
 }
 
 /// Measures the part that the checked loops of a surface bound.
@@ -57,5 +60,6 @@ pub fn survey(surface: &TrimmedSurface, trims: &CheckedTrims) -> Result<Survey, 
         bounding_box: [low + centred.home.offset, high + centred.home.offset],
         diagonal,
         area: trimmed_area(base, &domain),
+        triangles: 2 * lines.cells(),
     })
 }

@@ -139,15 +139,10 @@ impl Search<'_> {
                     return;
                 }
                 let scratch = &mut worker.scratch;
-                let run = match terms.zip(bound) {
-                    None => cader::flatten(prepared, settings.readings, seed, scratch),
-                    Some((terms, bound)) => {
-                        let mut tally = Tally::new(terms, prepared, bound);
-                        cader::flatten_while(prepared, settings.readings, seed, scratch, |scratch| {
-                            tally.goes_on(scratch)
-                        })
-                    }
-                };
+                let mut tally = terms.zip(bound).map(|(terms, bound)| Tally::new(terms, prepared, bound));
+                let run = cader::flatten_while(prepared, settings.readings, seed, scratch, |scratch| {
+                    tally.as_mut().is_none_or(|tally| tally.goes_on(scratch))
+                });
                 let outcome = match run {
                     Ok(()) => SeedOutcome::Flattened(changes(original, settings, scratch)),
                     Err(stop) => SeedOutcome::Stopped(stop),
