@@ -28,6 +28,8 @@ use crate::engine::mesh::{Mesh, Topology};
 /// Triangles that a slice flattens: some 20 ms of one thread's work. Large against the cost of waking the threads for
 /// it, small against the time that a bound gets old in.
 const SLICE_TRIANGLES: usize = 1 << 20;
+/// So many times as large are slices where no seed is abandoned.
+const UNBOUND_SLICES: usize = 4;
 /// Seeds of a slice at least, so that many threads have something to do on large meshes too.
 const LEAST_SLICE: usize = 64;
 /// Seeds of the first slice: there is no bound yet, so it is small. Each further one is twice as large.
@@ -110,7 +112,9 @@ impl Search<'_> {
     /// Tries these seeds in slices. Gives whether there was time for all of them.
     fn run(&mut self, seeds: &[u32], size: &mut usize, observer: &dyn Observer) -> Result<bool, EngineError> {
         let total = self.outcomes.len();
-        let largest = (SLICE_TRIANGLES / total.max(1)).max(LEAST_SLICE);
+        // Where no bound is renewed, all that a slice ends for is the progress.
+        let triangles = if self.terms.is_some() { SLICE_TRIANGLES } else { UNBOUND_SLICES * SLICE_TRIANGLES };
+        let largest = (triangles / total.max(1)).max(LEAST_SLICE);
         let mut rest = seeds;
         while !rest.is_empty() {
             observer.check()?;
