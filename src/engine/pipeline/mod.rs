@@ -13,6 +13,7 @@ mod of_mesh;
 mod piecewise;
 mod reports;
 mod survey;
+mod unrolled;
 
 use glam::{DVec2, DVec3};
 
@@ -189,7 +190,13 @@ fn flatten(
         part,
         landscape: kind == JobKind::OptimumSeedSearch,
     };
-    let laid = flattened::flatten(&sheet, options, observer).map_err(|stopped| {
+    let exact =
+        if unrolled::takes_exact(options.flattening.method) { unrolled::unrolled(meshed, observer)? } else { None };
+    let (exact, laid) = match exact {
+        Some((exact, laid)) => (Some(exact), Ok(laid)),
+        None => (None, flattened::flatten(&sheet, options, observer)),
+    };
+    let laid = laid.map_err(|stopped| {
         let partial = stopped.partial.and_then(|laid| {
             // Nobody reads what there is of a job that was cancelled meanwhile.
             let mut outcome = triangulated(meshed, observer).ok()?;
@@ -213,7 +220,7 @@ fn flatten(
         lifted: &meshed.lifted,
         topology: &meshed.topology,
         locator: &locator,
-        exact: None,
+        exact: exact.as_ref(),
         flat: &laid.flat,
         part: &inside,
         placement: &options.placement,
@@ -224,15 +231,20 @@ fn flatten(
     let flat = drawn.transform.apply(&laid.flat);
     observer.check()?;
     let mesh = &meshed.lifted.mesh;
-    let measures = distortion::measure(mesh, &meshed.topology, &flat, part, options.thresholds);
+    let measure = |part: Option<&[bool]>| match &exact {
+        Some(exact) => unrolled::measured(exact, mesh, &meshed.topology, &flat, part, options.thresholds),
+        None => distortion::measure(mesh, &meshed.topology, &flat, part, options.thresholds),
+    };
+    let measures = measure(part);
     observer.check()?;
-    let base = part.map(|_| distortion::measure(mesh, &meshed.topology, &flat, None, options.thresholds));
+    let base = part.map(|_| measure(None));
     observer.check()?;
     let verdict = distortion::verdict(&options.limits, &measures, &drawn.boundary);
     let lying = Lying { mesh, topology: &meshed.topology, flat: &flat, mirrored: drawn.transform.mirrored, part };
     let mut flattening = reports::flattening(mesh, &laid, options);
     lying.overlaps(&mut flattening, observer)?;
-    let hot_spots = lying.hot_spots(&options.limits);
+    // Strains of an exact map are those of rounding; the mesh's chords are none of the material's.
+    let hot_spots = if exact.is_some() { Vec::new() } else { lying.hot_spots(&options.limits) };
     observer.check()?;
     let mut warnings = meshed.warnings();
     warnings.extend(laid.warnings.iter().cloned());
@@ -243,7 +255,10 @@ fn flatten(
     Ok(Outcome {
         mesh: mesh.clone(),
         normals: meshed.lifted.normals.clone(),
-        strain_percent: Some(lying.strains()),
+        strain_percent: Some(match &exact {
+            Some(_) => reports::strains(&unrolled::on_surface(mesh, &flat), &flat),
+            None => lying.strains(),
+        }),
         part: part.map(<[bool]>::to_vec),
         report: Report {
             triangulation: reports::triangulation(meshed, observer)?,

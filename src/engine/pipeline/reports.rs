@@ -94,7 +94,7 @@ pub(super) fn strains(mesh: &Mesh, flat: &[DVec2]) -> Vec<[f64; 2]> {
 
 /// Triangles of the plane that are not anticlockwise, exactly; those that were not reached do not count. Readings that do
 /// not test every triangle may leave some behind.
-fn flips(mesh: &Mesh, flat: &[DVec2]) -> u64 {
+pub(super) fn flips(mesh: &Mesh, flat: &[DVec2]) -> u64 {
     let coordinates = |v: u32| robust::Coord { x: flat[v as usize].x, y: flat[v as usize].y };
     let flipped = |t: &&[u32; 3]| {
         let [a, b, c] = t.map(coordinates);
