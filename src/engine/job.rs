@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::distortion::{Limits, Thresholds};
-use super::flattening::FlatteningOptions;
+use super::flattening::{FlatteningDomain, FlatteningOptions};
 use super::pattern::Placement;
-use super::triangulation::TriangulationOptions;
+use super::triangulation::{TriangulationMethod, TriangulationOptions};
 
 /// The kind of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -103,5 +103,43 @@ pub struct JobOptions {
     pub skip_bad_pieces: bool,
 }
 
+impl JobOptions {
+    /// What is flattened, the default filled in: that of the method, unless the mesh is that of the whole base anyhow.
+    #[must_use]
+    pub fn domain(&self) -> FlatteningDomain {
+        match (self.flattening.domain, self.triangulation.method) {
+            (Some(domain), _) => domain,
+            (None, TriangulationMethod::Grid) => FlatteningDomain::Base,
+            (None, TriangulationMethod::Tracing) => self.flattening.method().usual_domain(),
+        }
+    }
+
+    /// The options of flattening with the defaults that do not depend on the surface.
+    #[must_use]
+    pub fn filled_flattening(&self) -> FlatteningOptions {
+        FlatteningOptions { domain: Some(self.domain()), ..self.flattening.filled() }
+    }
+}
+
 /// Free key-value strings that come back in listings and stand in the pattern's title block.
 pub type Labels = BTreeMap<String, String>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::flattening::FlatteningMethod;
+
+    #[test]
+    fn what_is_flattened_follows_from_the_method_and_the_mesh() {
+        let mut options = JobOptions::default();
+        assert_eq!(options.domain(), FlatteningDomain::Trimmed);
+        options.triangulation.method = TriangulationMethod::Grid;
+        assert_eq!(options.domain(), FlatteningDomain::Base);
+        options.triangulation.method = TriangulationMethod::Tracing;
+        options.flattening.method = Some(FlatteningMethod::Cader);
+        assert_eq!(options.domain(), FlatteningDomain::Base);
+        options.flattening.domain = Some(FlatteningDomain::Trimmed);
+        assert_eq!(options.domain(), FlatteningDomain::Trimmed);
+        assert_eq!(options.filled_flattening().domain, Some(FlatteningDomain::Trimmed));
+    }
+}

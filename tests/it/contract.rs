@@ -60,6 +60,10 @@ fn the_defaults_that_the_contract_names_are_those_that_are_taken() {
             }
         }
     }
+    let mut sequential = planish::engine::job::JobOptions::default();
+    sequential.flattening.method = Some(planish::engine::flattening::FlatteningMethod::Cader);
+    let taken = Value::Object(planish::api::parameters::with_defaults(&sequential));
+    validate(&json!({ "$ref": "#/components/schemas/TakenParameters" }), &taken, "the default parameters of cader");
     for (name, property) in schemas["Flattening"]["properties"]["readings"]["properties"].as_object().unwrap() {
         assert_eq!(taken["flattening"]["readings"][name], property["default"], "{name}");
     }

@@ -8,10 +8,11 @@ use std::path::Path;
 use bytes::Bytes;
 use planish::engine::budget::Unobserved;
 use planish::engine::error::Located as _;
+use planish::engine::flattening::FlatteningMethod;
 use planish::engine::job::{JobKind, JobOptions};
 use planish::engine::mesh::Topology;
 use planish::engine::pipeline;
-use planish::formats::surface::{self, Reading};
+use planish::formats::surface::{self, ReadSurface, Reading};
 use serde_json::{Map, Value, json};
 
 const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data");
@@ -49,7 +50,18 @@ fn seen(bytes: &Bytes) -> Value {
         "triangles": summary["triangles"], "vertices": summary["vertices"], "borders": summary["border_count"],
         "pieces": summary["piece_count"], "warnings": codes(&summary["warnings"]),
     });
-    match pipeline::run(JobKind::Flatten, read.geometry.input(), &JobOptions::default(), &Unobserved) {
+    for (name, method) in [("isometric", FlatteningMethod::Isometric), ("cader", FlatteningMethod::Cader)] {
+        let mut options = JobOptions::default();
+        options.flattening.method = Some(method);
+        seen[name] = json!(outcome(&read, &options));
+    }
+    seen
+}
+
+/// What becomes of a flattening.
+fn outcome(read: &ReadSurface, options: &JobOptions) -> String {
+    let summary = &read.summary;
+    match pipeline::run(JobKind::Flatten, read.geometry.input(), options, &Unobserved) {
         Ok(outcome) => {
             let pattern = outcome.pattern.unwrap();
             let holes: usize = pattern.pieces.iter().map(|p| p.holes.len()).sum();
@@ -57,16 +69,15 @@ fn seen(bytes: &Bytes) -> Value {
             assert_eq!((pattern.pieces.len() + holes) as u64, summary["border_count"].as_u64().unwrap());
             let flattening = outcome.report.flattening.unwrap();
             assert_eq!((flattening.flips, flattening.flattened), (0, summary["triangles"].as_u64().unwrap()));
-            seen["outcome"] = json!("flat");
+            "flat".to_owned()
         }
         Err(failure) => {
             assert_ne!(failure.error.place().triangle, None, "{}", failure.error);
             assert_ne!(failure.error.place().xyz_mm, None, "{}", failure.error);
             assert!(!failure.error.remedies().is_empty());
-            seen["outcome"] = json!(failure.error.code());
+            failure.error.code().to_owned()
         }
     }
-    seen
 }
 
 fn compare(folder: &str) {

@@ -301,12 +301,54 @@ const FLIPPED_AT_60: [&str; 20] = [
     "top_brep_f231",
 ];
 
+/// A face curved so little that its surface counts as developable, and one whose curvature the mesh of the sequential
+/// flattening does not show.
+const HARDLY_CURVED: &str = "bearing_iges_f199";
+const SEEMS_FLAT: &str = "bottle_brep_f003";
+
+fn is_developable(name: &str) -> bool {
+    name == HARDLY_CURVED || !(strained(name) || name == SEEMS_FLAT)
+}
+
 fn strained(name: &str) -> bool {
     STRAINED.contains(&name) || ALSO_STRAINED.contains(&name)
 }
 
 /// What is developable has strains below this, percent: rounding.
 const NO_STRAIN: f64 = 1e-6;
+
+fn greatest_strain(distortion: &Value) -> f64 {
+    let strain = |end: &str| distortion["strain_percent"][end].as_f64().unwrap().abs();
+    strain("min").max(strain("max"))
+}
+
+/// What is wrong with a map of least distortion.
+fn faults_of_the_least(name: &str, report: &Value) -> Vec<String> {
+    let mut wrong = Vec::new();
+    let flattening = &report["flattening"];
+    if flattening["method"] != "isometric" || flattening["flips"] != 0 {
+        wrong.push(format!("{name}: {flattening}"));
+    }
+    if flattening["developable"].is_null() == is_developable(name) {
+        wrong.push(format!("{name}: developable is {}", flattening["developable"]));
+    }
+    if !is_developable(name) {
+        return wrong;
+    }
+    // In percent. What the surfaces themselves leave: two of them are developable to eight and seven digits only.
+    let most = greatest_strain(&report["distortion"]);
+    if most > 1e-4 {
+        wrong.push(format!("{name}: a strain of {most:.2e} %"));
+    }
+    for boundary in report["distortion"]["boundary"].as_array().unwrap() {
+        let length = |which: &str| boundary[which].as_f64().unwrap();
+        let off = (length("length_3d_mm") - length("length_2d_mm")).abs() / length("length_3d_mm");
+        if off > 1e-6 {
+            wrong.push(format!("{name}: a boundary's length changes by {off:.1e}: {boundary}"));
+        }
+    }
+    wrong
+}
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn developable_faces_flatten_without_strain_and_the_others_as_listed() {
@@ -324,13 +366,24 @@ async fn developable_faces_flatten_without_strain_and_the_others_as_listed() {
             wrong.push(format!("{name}: {}", job["problem"]));
             continue;
         }
+        let least = client.result(&job, "report").await;
+        wrong.extend(faults_of_the_least(&name, &least));
+
+        let job = json!({ "kind": "flatten", "surface": surface, "flattening": { "method": "cader" } });
+        let job = client.run(&job).await;
+        if job["state"] != "succeeded" {
+            wrong.push(format!("{name} by cader: {}", job["problem"]));
+            continue;
+        }
         let report = client.result(&job, "report").await;
         let distortion = &report["distortion"];
-        let strain = |end: &str| distortion["strain_percent"][end].as_f64().unwrap().abs();
-        let most = strain("min").max(strain("max"));
+        let most = greatest_strain(distortion);
+        let area = |report: &Value| report["distortion"]["area_change_percent"].as_f64().unwrap();
         println!(
-            "{name}: strain {most:.2e} %, area change {:.2e} %",
-            distortion["area_change_percent"].as_f64().unwrap()
+            "{name}: greatest strain {:.2e} %, by cader {most:.2e} %; area change {:.2e} %, by cader {:.2e} %",
+            greatest_strain(&least["distortion"]),
+            area(&least),
+            area(&report)
         );
         if (most > NO_STRAIN) != strained(&name) {
             wrong.push(format!("{name}: a strain of {most:.2e} %"));

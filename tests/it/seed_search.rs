@@ -66,6 +66,7 @@ async fn a_search_tells_what_became_of_every_seed_and_flattens_from_the_best() {
     // The same seed wins where losers are abandoned.
     let mut flatten = search(&surface, [12, 12]);
     flatten["kind"] = json!("flatten");
+    flatten["flattening"] = json!({ "method": "cader" });
     let job = live.job(&flatten).await;
     live.ended(&job).await;
     let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();

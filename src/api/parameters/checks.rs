@@ -1,6 +1,6 @@
 //! Whether the values of a job's parameters have a meaning: each alone, together, and on the surface at hand.
 
-use crate::engine::flattening::{FlatteningDomain, SeedChoice};
+use crate::engine::flattening::{FlatteningDomain, FlatteningMethod, SeedChoice};
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
@@ -25,6 +25,7 @@ pub const MAX_BUDGET_S: f64 = 540.0;
 pub fn check(options: &JobOptions, domain: Option<Domain>) -> Vec<Fault> {
     let mut faults = Vec::new();
     triangulation(options, &mut faults);
+    method(options, &mut faults);
     seed(options, domain, &mut faults);
     search(options, &mut faults);
     placement(options, &mut faults);
@@ -82,6 +83,40 @@ pub(super) fn grid_triangles([m, n]: [u32; 2]) -> u64 {
     2 * u64::from(m.saturating_sub(1)) * u64::from(n.saturating_sub(1))
 }
 
+/// Each method has settings of its own.
+fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
+    let asked = &options.flattening;
+    let mut foreign = |given: bool, name: &str, detail: &str| {
+        if given {
+            faults.push(fault(format!("/flattening/{name}"), detail));
+        }
+    };
+    match asked.method() {
+        FlatteningMethod::Isometric => {
+            foreign(
+                asked.seed.is_some(),
+                "seed",
+                "the method `isometric` begins nowhere: leave the seed out, or take `cader`",
+            );
+            foreign(asked.readings.is_some(), "readings", "the readings are those of the method `cader`");
+        }
+        FlatteningMethod::Cader => {
+            let detail = "this is what the method `isometric` makes least; `cader` (taken here since it is named, or a seed \
+                          or readings are) has no choice";
+            foreign(asked.objective.is_some(), "objective", detail);
+            foreign(asked.weights.is_some(), "weights", detail);
+        }
+    }
+    foreign(
+        asked.objective.is_some() && asked.weights.is_some(),
+        "weights",
+        "give either an objective or weights, not both",
+    );
+    if let Err(reason) = asked.objective().check() {
+        faults.push(fault("/flattening/weights", reason));
+    }
+}
+
 fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
     match options.flattening.seed {
         Some(SeedChoice::Uv(uv)) => {
@@ -98,8 +133,8 @@ fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
         }
         Some(SeedChoice::Index(index)) => {
             // A trimmed mesh may have more triangles than the grid has; the mesh of the whole grid never does.
-            let whole = options.triangulation.method == TriangulationMethod::Grid
-                || options.flattening.domain == FlatteningDomain::Base;
+            let whole =
+                options.triangulation.method == TriangulationMethod::Grid || options.domain() == FlatteningDomain::Base;
             if let Some(grid) = options.triangulation.grid
                 && whole
                 && u64::from(index) >= grid_triangles(grid)
@@ -127,13 +162,18 @@ fn search(options: &JobOptions, faults: &mut Vec<Fault>) {
 /// What a kind of work does not take.
 #[must_use]
 pub fn check_kind(kind: JobKind, options: &JobOptions) -> Vec<Fault> {
-    match (kind, options.flattening.seed) {
-        (JobKind::OptimumSeedSearch, Some(seed)) if seed != SeedChoice::Optimum => vec![fault(
-            "/flattening/seed",
-            "a search for the optimum tries every seed: leave the seed out, or flatten with this one",
-        )],
-        _ => Vec::new(),
+    if kind != JobKind::OptimumSeedSearch {
+        return Vec::new();
     }
+    let mut faults = Vec::new();
+    if options.flattening.seed.is_some_and(|seed| seed != SeedChoice::Optimum) {
+        let detail = "a search for the optimum tries every seed: leave the seed out, or flatten with this one";
+        faults.push(fault("/flattening/seed", detail));
+    }
+    if options.flattening.method == Some(FlatteningMethod::Isometric) {
+        faults.push(fault("/flattening/method", "seeds are those of the method `cader`"));
+    }
+    faults
 }
 
 fn placement(options: &JobOptions, faults: &mut Vec<Fault>) {

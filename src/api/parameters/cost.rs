@@ -5,9 +5,9 @@ use serde_json::Value;
 #[cfg(test)]
 use super::checks::MAX_BUDGET_S;
 use super::checks::{MAX_TRIANGLES, grid_triangles};
-use crate::engine::flattening::SeedChoice;
+use crate::engine::flattening::{FlatteningMethod, SeedChoice};
 use crate::engine::job::{JobKind, JobOptions};
-use crate::engine::pipeline::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, OPTIMUM_UP_TO};
+use crate::engine::pipeline::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, OPTIMUM_UP_TO, default_triangles};
 use crate::engine::triangulation::Density;
 
 /// Triangles times the relative chord (or area) tolerance, on doubly curved parts of which no more is known: real faces
@@ -17,6 +17,9 @@ const TRIANGLES_TIMES_TOLERANCE: f64 = 4.0;
 
 /// What a triangle costs beside the visits of a search: it is made, measured, drawn and written.
 const VISITS_PER_TRIANGLE: u64 = 20;
+
+/// What the map of least distortion costs a triangle beyond that.
+const SOLVER_VISITS_PER_TRIANGLE: u64 = 500;
 
 /// Size of a surface's part, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -61,21 +64,30 @@ pub const MAX_VISITS: u64 = 600 * VISITS_PER_SECOND;
 /// far as the budget allows.
 #[must_use]
 pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
+    let method = match kind {
+        JobKind::OptimumSeedSearch => FlatteningMethod::Cader,
+        JobKind::Triangulate | JobKind::Flatten => options.flattening.method(),
+    };
     let triangles = match (size.triangles, options.triangulation.grid, options.triangulation.tolerance) {
         (Some(triangles), ..) => triangles,
         (None, Some(grid), _) => grid_triangles(grid),
         (None, None, Some(density)) => by_tolerance(density, size),
         (None, None, None) => {
             let foretold = size.default_triangles.unwrap_or(CADER_TRIANGLES.1);
-            if kind == JobKind::Triangulate { foretold } else { foretold.clamp(CADER_TRIANGLES.0, CADER_TRIANGLES.1) }
+            let (least, most) = default_triangles(method);
+            if kind == JobKind::Triangulate { foretold } else { foretold.clamp(least, most) }
         }
     };
-    let searched = match (kind, options.flattening.seed) {
-        (JobKind::OptimumSeedSearch, _) | (JobKind::Flatten, Some(SeedChoice::Optimum)) => true,
-        (JobKind::Triangulate, _) | (JobKind::Flatten, Some(_)) => false,
-        (JobKind::Flatten, None) => triangles <= OPTIMUM_UP_TO as u64,
+    let searched = match (kind, method, options.flattening.seed) {
+        (JobKind::OptimumSeedSearch, ..) | (JobKind::Flatten, FlatteningMethod::Cader, Some(SeedChoice::Optimum)) => {
+            true
+        }
+        (JobKind::Flatten, FlatteningMethod::Cader, None) => triangles <= OPTIMUM_UP_TO as u64,
+        (JobKind::Triangulate | JobKind::Flatten, ..) => false,
     };
-    let once = VISITS_PER_TRIANGLE.saturating_mul(triangles);
+    let solved = kind == JobKind::Flatten && method == FlatteningMethod::Isometric;
+    let each = VISITS_PER_TRIANGLE + if solved { SOLVER_VISITS_PER_TRIANGLE } else { 0 };
+    let once = each.saturating_mul(triangles);
     if !searched {
         return once;
     }
@@ -107,6 +119,7 @@ mod tests {
     fn a_search_costs_the_square_of_the_triangles() {
         let size = PartSize::default();
         let mut options = JobOptions::default();
+        options.flattening.method = Some(FlatteningMethod::Cader);
         options.triangulation.grid = Some([11, 11]);
         assert_eq!(cost(JobKind::Triangulate, &options, size), 20 * 200);
         assert_eq!(cost(JobKind::Flatten, &options, size), 20 * 200 + 40_000);
@@ -121,7 +134,11 @@ mod tests {
 
     #[test]
     fn a_job_without_options_costs_what_the_default_tolerance_makes_of_the_surface() {
-        let options = JobOptions::default();
+        let mut options = JobOptions::default();
+        let isometric =
+            cost(JobKind::Flatten, &options, PartSize { default_triangles: Some(3000), ..PartSize::default() });
+        assert_eq!(isometric, 520 * 3000, "no seed is searched");
+        options.flattening.method = Some(FlatteningMethod::Cader);
         let of = |kind, foretold| cost(kind, &options, PartSize { default_triangles: foretold, ..PartSize::default() });
         assert_eq!(of(JobKind::Flatten, Some(300)), 20 * 300 + 300 * 300);
         // The density is brought into a range for flattening, and only for that.
@@ -148,6 +165,8 @@ mod tests {
         let mut options = JobOptions::default();
         options.triangulation.grid = Some([301, 301]);
         let once = 20 * 180_000;
+        assert_eq!(cost(JobKind::Flatten, &options, size), 520 * 180_000);
+        options.flattening.method = Some(FlatteningMethod::Cader);
         assert_eq!(cost(JobKind::Flatten, &options, size), once);
         assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), once + 180_000 * 180_000);
         options.search.budget_s = Some(2.5);

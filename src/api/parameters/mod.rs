@@ -11,6 +11,7 @@ mod set;
 
 use serde_json::{Map, Value, json};
 
+use crate::engine::flattening::FlatteningMethod;
 use crate::engine::job::{JobKind, JobOptions, Labels};
 use crate::engine::pipeline::DEFAULT_CHORD_RELATIVE;
 use crate::formats::faults::Fault;
@@ -60,7 +61,11 @@ pub fn read(value: Value) -> (JobRequest, Vec<Fault>) {
         }
     };
     let labels = object.remove("labels").map_or_else(Labels::new, |value| labels::read(value, &mut faults));
-    let options = reading::options(Value::Object(object), &mut faults).unwrap_or_default();
+    let mut options = reading::options(Value::Object(object), &mut faults).unwrap_or_default();
+    if kind == Some(JobKind::OptimumSeedSearch) {
+        // The method that seeds belong to.
+        options.flattening.method.get_or_insert(FlatteningMethod::Cader);
+    }
     (JobRequest { kind, surface, labels, options }, faults)
 }
 
@@ -68,7 +73,8 @@ pub fn read(value: Value) -> (JobRequest, Vec<Fault>) {
 #[must_use]
 pub fn with_defaults(options: &JobOptions) -> Map<String, Value> {
     // Options hold numbers, words and lists of them: they can always be written.
-    let mut object = match serde_json::to_value(options) {
+    let filled = JobOptions { flattening: options.filled_flattening(), ..options.clone() };
+    let mut object = match serde_json::to_value(&filled) {
         Ok(Value::Object(object)) => object,
         _ => Map::new(),
     };
@@ -143,6 +149,10 @@ mod tests {
     fn the_defaults_that_are_taken_are_shown() {
         let shown = with_defaults(&JobOptions::default());
         assert_eq!(shown["triangulation"]["tolerance"]["chord_relative"], 0.001);
+        assert_eq!(shown["flattening"], json!({ "method": "isometric", "domain": "trimmed", "objective": "balanced" }));
+        let (search, _) = read(json!({ "kind": "optimum-seed-search" }));
+        let shown = with_defaults(&search.options);
+        assert_eq!((&shown["flattening"]["method"], &shown["flattening"]["domain"]), (&json!("cader"), &json!("base")));
         assert_eq!(shown["flattening"]["readings"]["average"], "pair");
         let (gridded, _) = read(json!({ "triangulation": { "grid": [4, 4] } }));
         assert!(with_defaults(&gridded.options)["triangulation"].get("tolerance").is_none());

@@ -17,8 +17,9 @@ pub use limits::{LimitCheck, Limits, Thresholds, Verdict, VerdictResult};
 pub use measure::measure;
 pub use overlap::{BorderPlace, Overlap, Overlaps, overlaps};
 pub use report::{
-    AspectRatio, BoundaryReport, DistortionMeasures, DistortionReport, FlatteningReport, OverlapReport, OverlapSide,
-    PatternReport, PlacementReport, Report, SeedSearchReport, StrainPlace, StrainReport, TriangulationReport,
+    AspectRatio, BoundaryReport, DevelopableReport, DistortionMeasures, DistortionReport, FlatteningReport,
+    OverlapReport, OverlapSide, PatternReport, PlacementReport, Report, SeedSearchReport, SolverReport, StrainPlace,
+    StrainReport, TriangulationReport,
 };
 pub use strain::{TriangleStrain, strains};
 pub use verdict::verdict;

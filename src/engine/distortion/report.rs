@@ -86,12 +86,21 @@ pub struct FlatteningReport {
     pub method: String,
     /// `base` or `trimmed`.
     pub domain: String,
-    /// The seed triangle.
-    pub seed: u32,
-    /// Levels of the mapping order.
-    pub levels: u64,
-    /// Points averaged.
-    pub averaged_points: u64,
+    /// What was made least, for the method that makes something least.
+    #[serde(default)]
+    pub objective: Option<String>,
+    /// How the least was found; of a part that lies flat without strain nothing had to be looked for.
+    #[serde(default)]
+    pub solver: Option<SolverReport>,
+    /// The part, or every piece of it, lies flat without strain, and was laid so.
+    #[serde(default)]
+    pub developable: Option<DevelopableReport>,
+    /// The seed triangle, for methods that have one.
+    pub seed: Option<u32>,
+    /// Levels of the mapping order, likewise.
+    pub levels: Option<u64>,
+    /// Points averaged, likewise.
+    pub averaged_points: Option<u64>,
     /// Triangles flattened.
     pub flattened: u64,
     /// Flipped triangles.
@@ -102,6 +111,26 @@ pub struct FlatteningReport {
     /// The largest of these places.
     #[serde(default)]
     pub overlap_places: Vec<OverlapReport>,
+}
+
+/// How a map of least energy was found: all pieces together.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct SolverReport {
+    /// Times that the system was factorised.
+    pub rounds: u64,
+    /// Area-weighted mean of the energy; 0 for an isometry.
+    pub energy: f64,
+    /// Whether it is the least within the solver's tolerance. Else the map is valid, but a better one may exist.
+    pub converged: bool,
+}
+
+/// A part without strain.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct DevelopableReport {
+    /// `plane`, `cylinder`, `cone` or `general` for a surface, `mesh` for a mesh whose angles add up.
+    pub kind: String,
+    /// Greatest `|s - 1|` of the singular values `s` of the map, on the surface (or the mesh) itself.
+    pub strain: f64,
 }
 
 /// A place where far parts of a flattening lie on each other.

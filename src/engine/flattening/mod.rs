@@ -16,5 +16,6 @@ mod unfolding;
 pub use error::FlatteningError;
 pub use options::{
     Anchor, Average, Check, FlatteningDomain, FlatteningMethod, FlatteningOptions, Order, Parent, Readings, SeedChoice,
+    Weights,
 };
 pub use outcome::{Flattening, LevelCounts};

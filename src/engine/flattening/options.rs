@@ -2,24 +2,58 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::isometric::Objective;
+
 /// The method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FlatteningMethod {
+    /// The map with the least distortion over all triangles, never with a flip.
+    Isometric,
     /// Cader et al. 2005: triangle by triangle in mapping order, averaging (thesis 4.2).
-    #[default]
     Cader,
 }
 
+impl FlatteningMethod {
+    /// The method's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Isometric => "isometric",
+            Self::Cader => "cader",
+        }
+    }
+
+    /// What is flattened where nobody says: the thesis's method flattens the base, so that the seed's search is that of
+    /// 4.4.3; material outside of the part need not be bent to flatten the part best.
+    #[must_use]
+    pub const fn usual_domain(self) -> FlatteningDomain {
+        match self {
+            Self::Isometric => FlatteningDomain::Trimmed,
+            Self::Cader => FlatteningDomain::Base,
+        }
+    }
+}
+
 /// What is flattened.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FlatteningDomain {
     /// The whole base surface; the trimming loops are mapped on (thesis 4.4.3).
-    #[default]
     Base,
     /// The trimmed mesh alone.
     Trimmed,
+}
+
+impl FlatteningDomain {
+    /// The domain's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Base => "base",
+            Self::Trimmed => "trimmed",
+        }
+    }
 }
 
 /// Order of the triangles within a level of the mapping order.
@@ -112,17 +146,113 @@ pub enum SeedChoice {
     Index(u32),
 }
 
-/// The `flattening` object of a job.
+/// How much the change of area and the change of shape weigh.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Weights {
+    /// Of area, above 0.
+    pub area: f64,
+    /// Of shape, above 0.
+    pub shape: f64,
+}
+
+impl Default for Weights {
+    fn default() -> Self {
+        Self { area: 1.0, shape: 1.0 }
+    }
+}
+
+/// The `flattening` object of a job. What is absent has a default that depends on what is there.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FlatteningOptions {
-    /// The method.
-    pub method: FlatteningMethod,
-    /// What is flattened.
-    pub domain: FlatteningDomain,
-    /// The seed. Absent: `optimum` up to 8000 triangles, else `centre`.
+    /// The method. Absent: `cader` where a seed or readings are given, which belong to it, else `isometric`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<FlatteningMethod>,
+    /// What is flattened. Absent: the method's [usual domain](FlatteningMethod::usual_domain).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<FlatteningDomain>,
+    /// Which distortion `isometric` makes least. Absent: `balanced`, unless there are weights.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub objective: Option<Objective>,
+    /// In place of an objective: the weights of area and shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weights: Option<Weights>,
+    /// The seed of `cader`. Absent: `optimum` up to 8000 triangles, else `centre`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<SeedChoice>,
-    /// The readings.
-    pub readings: Readings,
+    /// The readings of `cader`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub readings: Option<Readings>,
+}
+
+impl FlatteningOptions {
+    /// The method, the default filled in.
+    #[must_use]
+    pub const fn method(&self) -> FlatteningMethod {
+        match self.method {
+            Some(method) => method,
+            None if self.seed.is_some() || self.readings.is_some() => FlatteningMethod::Cader,
+            None => FlatteningMethod::Isometric,
+        }
+    }
+
+    /// What `isometric` makes least, the default filled in.
+    #[must_use]
+    pub fn objective(&self) -> Objective {
+        match self.weights {
+            Some(Weights { area, shape }) => Objective::Weights { area, shape },
+            None => self.objective.unwrap_or_default(),
+        }
+    }
+
+    /// The readings of `cader`, the default filled in.
+    #[must_use]
+    pub fn readings(&self) -> Readings {
+        self.readings.unwrap_or_default()
+    }
+
+    /// The same with the defaults of the method.
+    #[must_use]
+    pub fn filled(&self) -> Self {
+        let method = self.method();
+        let mut filled = Self { method: Some(method), ..self.clone() };
+        match method {
+            FlatteningMethod::Isometric if self.weights.is_none() => filled.objective = Some(self.objective()),
+            FlatteningMethod::Isometric => {}
+            FlatteningMethod::Cader => filled.readings = Some(self.readings()),
+        }
+        filled
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_belongs_to_one_method_chooses_it() {
+        let none = FlatteningOptions::default();
+        assert_eq!(none.method(), FlatteningMethod::Isometric);
+        let seeded = FlatteningOptions { seed: Some(SeedChoice::Centre), ..none.clone() };
+        let read = FlatteningOptions { readings: Some(Readings::default()), ..none.clone() };
+        assert_eq!((seeded.method(), read.method()), (FlatteningMethod::Cader, FlatteningMethod::Cader));
+        let named = FlatteningOptions { method: Some(FlatteningMethod::Isometric), ..seeded };
+        assert_eq!(named.method(), FlatteningMethod::Isometric);
+    }
+
+    #[test]
+    fn filling_in_twice_is_filling_in_once_and_weights_stand_for_an_objective() {
+        let none = FlatteningOptions::default();
+        let weighted = FlatteningOptions { weights: Some(Weights { area: 2.0, shape: 1.0 }), ..none.clone() };
+        let cader = FlatteningOptions { method: Some(FlatteningMethod::Cader), ..none.clone() };
+        for options in [&none, &weighted, &cader] {
+            assert_eq!(options.filled().filled(), options.filled());
+            assert_eq!(options.filled().method(), options.method());
+        }
+        assert_eq!(none.filled().objective, Some(Objective::Balanced));
+        assert_eq!(weighted.filled().objective, None);
+        assert_eq!(weighted.objective(), Objective::Weights { area: 2.0, shape: 1.0 });
+        assert_eq!((cader.filled().objective, cader.filled().readings), (None, Some(Readings::default())));
+    }
 }

@@ -169,7 +169,7 @@ mod tests {
             side: Side::Normal,
         };
         let mut options = JobOptions::default();
-        options.flattening.domain = crate::engine::flattening::FlatteningDomain::Trimmed;
+        options.flattening.domain = Some(crate::engine::flattening::FlatteningDomain::Trimmed);
         let outcome = run(JobKind::Flatten, &surface, &options, &Unobserved).unwrap();
         let distortion = outcome.report.distortion.unwrap();
         assert!(!distortion.hot_spots.is_empty() && distortion.hot_spots.len() <= 10);

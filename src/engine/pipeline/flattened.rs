@@ -6,12 +6,14 @@ use glam::{DVec2, DVec3};
 use super::centred::Centred;
 use super::meshed::Meshed;
 use crate::engine::budget::{Observer, Stage};
-use crate::engine::distortion::SeedSearchReport;
+use crate::engine::distortion::{DevelopableReport, SeedSearchReport, SolverReport};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::cader::{self, Stop};
-use crate::engine::flattening::{FlatteningError, LevelCounts, SeedChoice};
+use crate::engine::flattening::developable::{self, UNFOLDED_STRAIN};
+use crate::engine::flattening::isometric::{self, IsometricOptions};
+use crate::engine::flattening::{FlatteningError, FlatteningMethod, LevelCounts, SeedChoice};
 use crate::engine::job::JobOptions;
-use crate::engine::mesh::{Mesh, MeshFault, Piece, Topology, check_sheet, pieces, sheet as sheet_of};
+use crate::engine::mesh::{Mesh, MeshFault, Piece, Topology, check_sheet, measures, pieces, sheet as sheet_of};
 use crate::engine::seed::{SeedLandscape, SeedOutcome, SeedSearch, locate, search};
 
 /// Meshes of at most so many triangles have every seed tried when none is named: the search takes time with the square
@@ -22,8 +24,8 @@ pub const OPTIMUM_UP_TO: usize = 8000;
 pub(super) struct Laid {
     /// A place for each vertex; NaN where there is none.
     pub flat: Vec<DVec2>,
-    /// The seed of the first piece, as a triangle of the whole mesh.
-    pub seed: u32,
+    /// The seed of the first piece, as a triangle of the whole mesh, where the method has one.
+    pub seed: Option<u32>,
     /// How the seed was chosen, the default filled in.
     pub seed_choice: Option<SeedChoice>,
     /// Counts by level of the first piece.
@@ -32,12 +34,35 @@ pub(super) struct Laid {
     pub averaged: u64,
     /// Triangles flattened, in all pieces.
     pub flattened: u64,
+    /// How the map of least energy was found, with the area that its mean is over, in all pieces that needed one.
+    pub solver: Option<(SolverReport, f64)>,
+    /// The kind and the strain of what lies flat without strain.
+    pub developable: Option<DevelopableReport>,
     /// The search, when there was one; of the first piece when there are several.
     pub search: Option<SeedSearchReport>,
     /// What became of each seed, of all pieces, when that was asked for.
     pub landscape: Option<SeedLandscape>,
     /// What a person should know.
     pub warnings: Vec<String>,
+}
+
+impl Laid {
+    /// These places, and nothing known of how they were found.
+    pub(super) const fn at(flat: Vec<DVec2>) -> Self {
+        Self {
+            flat,
+            seed: None,
+            seed_choice: None,
+            levels: Vec::new(),
+            averaged: 0,
+            flattened: 0,
+            solver: None,
+            developable: None,
+            search: None,
+            landscape: None,
+            warnings: Vec::new(),
+        }
+    }
 }
 
 /// Why not everything lies flat.
@@ -75,19 +100,13 @@ pub(super) fn flatten(sheet: &Sheet, options: &JobOptions, observer: &dyn Observ
     let several = sheet.topology.piece_count() > 1;
     let all = if several { pieces(mesh, sheet.topology) } else { vec![whole(mesh)] };
     let mut laid = Laid {
-        flat: vec![DVec2::NAN; mesh.positions.len()],
-        seed: 0,
         seed_choice: options.flattening.seed,
-        levels: Vec::new(),
-        averaged: 0,
-        flattened: 0,
-        search: None,
         landscape: sheet.landscape.then(|| SeedLandscape {
             measure: options.search.measure,
             seeds: vec![SeedOutcome::Untried; mesh.triangles.len()],
             best: Vec::new(),
         }),
-        warnings: Vec::new(),
+        ..Laid::at(vec![DVec2::NAN; mesh.positions.len()])
     };
     let mut first_error = None;
     let mut left_out = |laid: &mut Laid, number: usize, error: FlatteningError| -> Result<(), FlatteningError> {
@@ -121,8 +140,11 @@ pub(super) fn flatten(sheet: &Sheet, options: &JobOptions, observer: &dyn Observ
         let job = PieceJob { piece, topology, options, part: sheet.part, seed, first: lie == 0 };
         let (flat, error) = match job.flatten(observer, &mut laid) {
             Ok(done) => done,
-            Err(EngineError::Flattening(FlatteningError::Mesh(fault))) => {
-                let error = piece_fault(fault, piece, *number, all.len());
+            Err(EngineError::Flattening(error)) => {
+                let error = match error {
+                    FlatteningError::Mesh(fault) => piece_fault(fault, piece, *number, all.len()),
+                    other => other,
+                };
                 left_out(&mut laid, *number, error).map_err(EngineError::from)?;
                 continue;
             }
@@ -202,8 +224,43 @@ impl PieceJob<'_> {
         observer: &dyn Observer,
         laid: &mut Laid,
     ) -> Result<(Vec<DVec2>, Option<FlatteningError>), EngineError> {
+        match self.options.flattening.method() {
+            FlatteningMethod::Isometric => Ok((self.isometric(observer, laid)?, None)),
+            FlatteningMethod::Cader => self.cader(observer, laid),
+        }
+    }
+
+    /// The map of least distortion; of a piece without curvature the one without any.
+    fn isometric(&self, observer: &dyn Observer, laid: &mut Laid) -> Result<Vec<DVec2>, EngineError> {
         let mesh = &self.piece.mesh;
-        let readings = self.options.flattening.readings;
+        observer.enter(Stage::Flattening);
+        observer.check()?;
+        laid.flattened += mesh.triangles.len() as u64;
+        if let Some(unfolded) = developable::unfold(mesh, self.topology, UNFOLDED_STRAIN, observer)? {
+            let strain = laid.developable.as_ref().map_or(unfolded.strain, |all| all.strain.max(unfolded.strain));
+            laid.developable = Some(DevelopableReport { kind: "mesh".to_owned(), strain });
+            return Ok(unfolded.flat);
+        }
+        let asked = IsometricOptions { objective: self.options.flattening.objective() };
+        let found = isometric::flatten(mesh, self.topology, &asked, observer)?;
+        let area = measures::total_area(mesh);
+        let (all, before) =
+            laid.solver.get_or_insert((SolverReport { converged: true, ..SolverReport::default() }, 0.0));
+        all.rounds += found.run.rounds as u64;
+        all.converged &= found.run.converged;
+        all.energy = (all.energy * *before + found.run.energy * area) / (*before + area);
+        *before += area;
+        Ok(found.flat)
+    }
+
+    /// Cader's flattening from the seed that was chosen.
+    fn cader(
+        &self,
+        observer: &dyn Observer,
+        laid: &mut Laid,
+    ) -> Result<(Vec<DVec2>, Option<FlatteningError>), EngineError> {
+        let mesh = &self.piece.mesh;
+        let readings = self.options.flattening.readings();
         let (seed, failed) = self.choose(observer, laid)?;
         observer.enter(Stage::Flattening);
         observer.check()?;
@@ -211,7 +268,7 @@ impl PieceJob<'_> {
         laid.flattened += flattening.sequence.len() as u64;
         laid.averaged += flattening.levels.iter().map(|l| u64::from(l.averaged)).sum::<u64>();
         if self.first {
-            laid.seed = self.piece.triangle_of[seed as usize];
+            laid.seed = Some(self.piece.triangle_of[seed as usize]);
             laid.levels = flattening.levels;
         }
         Ok((flattening.flat, failed.or(error)))
@@ -239,7 +296,7 @@ impl PieceJob<'_> {
         let part: Option<Vec<bool>> =
             self.part.map(|part| self.piece.triangle_of.iter().map(|&t| part.get(t as usize) == Some(&true)).collect());
         let settings = search::SearchSettings {
-            readings: self.options.flattening.readings,
+            readings: self.options.flattening.readings(),
             options: self.options.search,
             part: part.as_deref(),
             landscape: laid.landscape.is_some(),

@@ -22,6 +22,9 @@ pub const DEFAULT_CHORD_RELATIVE: f64 = 1e-3;
 /// Sequential flattening fails on meshes that are too dense and says little on those that are too coarse: the default
 /// density is brought into this range of triangles.
 pub const CADER_TRIANGLES: (u64, u64) = (200, 7000);
+/// The same for the map of least distortion: fewer triangles would not follow how strains change over the part, and more
+/// add nothing that a cutter could follow.
+pub const ISOMETRIC_TRIANGLES: (u64, u64) = (400, 400_000);
 /// The share of an area tolerance that the polygonised boundary may use up; the rest is the curvature's.
 const BOUNDARY_SHARE_OF_AREA: f64 = 0.25;
 /// Relative accuracy of the surface's area where it only decides how finely loops are followed.
@@ -70,8 +73,7 @@ impl<'a> Meshed<'a> {
             filled.triangulation.tolerance = Some(Density::ChordRelative(DEFAULT_CHORD_RELATIVE));
         }
         let clamp =
-            (default_density && kind != JobKind::Triangulate && options.flattening.method == FlatteningMethod::Cader)
-                .then_some(CADER_TRIANGLES);
+            (default_density && kind != JobKind::Triangulate).then(|| default_triangles(options.flattening.method()));
         let region = trims.polygonise(surface, boundary_tolerance(&filled, surface, &coarse, diagonal))?;
         observer.check()?;
         let lines = match (filled.triangulation.grid, filled.triangulation.tolerance) {
@@ -119,10 +121,19 @@ impl<'a> Meshed<'a> {
     }
 }
 
+/// Least and most triangles of the default density.
+#[must_use]
+pub const fn default_triangles(method: FlatteningMethod) -> (u64, u64) {
+    match method {
+        FlatteningMethod::Isometric => ISOMETRIC_TRIANGLES,
+        FlatteningMethod::Cader => CADER_TRIANGLES,
+    }
+}
+
 /// Whether the mesh is to be that of the part rather than that of the whole base surface.
 fn of_part(kind: JobKind, options: &JobOptions) -> Result<bool, EngineError> {
     let traced = options.triangulation.method == TriangulationMethod::Tracing;
-    match (kind, options.flattening.domain) {
+    match (kind, options.domain()) {
         (JobKind::Triangulate, _) => Ok(traced),
         (JobKind::Flatten | JobKind::OptimumSeedSearch, FlatteningDomain::Base) => Ok(false),
         (JobKind::Flatten | JobKind::OptimumSeedSearch, FlatteningDomain::Trimmed) if traced => Ok(true),

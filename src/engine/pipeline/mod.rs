@@ -32,7 +32,7 @@ use flattened::Sheet;
 use meshed::Meshed;
 
 pub use flattened::OPTIMUM_UP_TO;
-pub use meshed::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, MAX_GRID};
+pub use meshed::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, ISOMETRIC_TRIANGLES, MAX_GRID, default_triangles};
 pub use survey::{Survey, survey};
 
 /// A mesh as a surface that a job works on: its vertices welded, its triangles oriented alike as far as they can be (see
@@ -191,7 +191,7 @@ fn flatten(
         landscape: kind == JobKind::OptimumSeedSearch,
     };
     let exact =
-        if unrolled::takes_exact(options.flattening.method) { unrolled::unrolled(meshed, observer)? } else { None };
+        if unrolled::takes_exact(options.flattening.method()) { unrolled::unrolled(meshed, observer)? } else { None };
     let (exact, laid) = match exact {
         Some((exact, laid)) => (Some(exact), Ok(laid)),
         None => (None, flattened::flatten(&sheet, options, observer)),
@@ -205,6 +205,7 @@ fn flatten(
             outcome.report.flattening = Some(reports::flattening(&meshed.lifted.mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
             outcome.seeds = laid.landscape;
+            outcome.options.flattening = options.filled_flattening();
             outcome.options.flattening.seed = laid.seed_choice;
             outcome.flat = Some(laid.flat);
             Some(Box::new(outcome))
@@ -250,6 +251,7 @@ fn flatten(
     warnings.extend(laid.warnings.iter().cloned());
     warnings.extend(Lying::warning(&flattening));
     let mut filled = meshed.options.clone();
+    filled.flattening = options.filled_flattening();
     filled.flattening.seed = laid.seed_choice;
     filled.curve_tolerance_mm = Some(meshed.curve_tolerance);
     Ok(Outcome {

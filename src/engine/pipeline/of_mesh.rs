@@ -115,6 +115,7 @@ fn flatten(
             outcome.report.flattening = Some(report(mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
             outcome.seeds = laid.landscape;
+            outcome.options.flattening = options.filled_flattening();
             outcome.options.flattening.seed = laid.seed_choice;
             outcome.flat = Some(laid.flat);
             Box::new(outcome)
@@ -147,6 +148,7 @@ fn flatten(
     let mut outcome = meshed(ready, options);
     outcome.report.warnings.extend(laid.warnings.iter().cloned());
     outcome.report.warnings.extend(Lying::warning(&flattening));
+    outcome.options.flattening = options.filled_flattening();
     outcome.options.flattening.seed = laid.seed_choice;
     outcome.strain_percent = Some(lying.strains());
     outcome.report.flattening = Some(flattening);

@@ -7,7 +7,7 @@ use super::meshed::Meshed;
 use crate::engine::budget::Observer;
 use crate::engine::distortion::{self, AspectRatio, FlatteningReport, TriangulationReport};
 use crate::engine::error::EngineError;
-use crate::engine::flattening::{FlatteningDomain, FlatteningMethod};
+use crate::engine::flattening::FlatteningMethod;
 use crate::engine::job::JobOptions;
 use crate::engine::mesh::{Mesh, Topology, measures};
 use crate::engine::triangulation::{Configuration, observed_area, observed_chord_error, trace};
@@ -66,17 +66,18 @@ pub(super) fn of_mesh(mesh: &Mesh, topology: &Topology) -> TriangulationReport {
 
 /// The flattening.
 pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> FlatteningReport {
+    let method = options.flattening.method();
+    let sequential = method == FlatteningMethod::Cader;
     FlatteningReport {
-        method: match options.flattening.method {
-            FlatteningMethod::Cader => "cader".to_owned(),
-        },
-        domain: match options.flattening.domain {
-            FlatteningDomain::Base => "base".to_owned(),
-            FlatteningDomain::Trimmed => "trimmed".to_owned(),
-        },
+        method: method.name().to_owned(),
+        domain: options.domain().name().to_owned(),
+        objective: (method == FlatteningMethod::Isometric).then(|| options.flattening.objective().name().to_owned()),
+        solver: laid.solver.map(|(solver, _)| solver),
+        // Where something had to be looked for, not all of the part is without strain.
+        developable: laid.developable.clone().filter(|_| laid.solver.is_none()),
         seed: laid.seed,
-        levels: laid.levels.len() as u64,
-        averaged_points: laid.averaged,
+        levels: sequential.then_some(laid.levels.len() as u64),
+        averaged_points: sequential.then_some(laid.averaged),
         flattened: laid.flattened,
         flips: flips(mesh, &laid.flat),
         overlaps: None,

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::flattened::Laid;
 use super::meshed::Meshed;
 use crate::engine::budget::{Observer, Stage};
-use crate::engine::distortion::{self, DistortionMeasures, StrainPlace, Thresholds};
+use crate::engine::distortion::{self, DevelopableReport, DistortionMeasures, StrainPlace, Thresholds};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::FlatteningMethod;
 use crate::engine::flattening::developable::{DEVELOPABLE_STRAIN, Unrolled, unroll};
@@ -16,6 +16,7 @@ use crate::engine::nurbs::Domain;
 /// a published procedure do not.
 pub(super) const fn takes_exact(method: FlatteningMethod) -> bool {
     match method {
+        FlatteningMethod::Isometric => true,
         FlatteningMethod::Cader => false,
     }
 }
@@ -28,16 +29,11 @@ pub(super) fn unrolled(meshed: &Meshed, observer: &dyn Observer) -> Result<Optio
     let Some(uv) = meshed.lifted.mesh.uv.as_deref() else { return Ok(None) };
     observer.enter(Stage::Flattening);
     let Some(exact) = unroll(meshed.surface, window(meshed), DEVELOPABLE_STRAIN, observer)? else { return Ok(None) };
+    let developable = DevelopableReport { kind: exact.kind().name().to_owned(), strain: exact.strain() };
     let laid = Laid {
-        flat: uv.iter().map(|&uv| exact.map(uv)).collect(),
-        seed: 0,
-        seed_choice: None,
-        levels: Vec::new(),
-        averaged: 0,
         flattened: meshed.lifted.mesh.triangles.len() as u64,
-        search: None,
-        landscape: None,
-        warnings: Vec::new(),
+        developable: Some(developable),
+        ..Laid::at(uv.iter().map(|&uv| exact.map(uv)).collect())
     };
     // Triangles so large that their chords cut across the part's curves could turn over; then another method is to lay them.
     let upright = super::reports::flips(&meshed.lifted.mesh, &laid.flat) == 0;

@@ -23,6 +23,19 @@ pub enum DevelopableKind {
     General,
 }
 
+impl DevelopableKind {
+    /// The kind's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Plane => "plane",
+            Self::Cylinder => "cylinder",
+            Self::Cone => "cone",
+            Self::General => "general",
+        }
+    }
+}
+
 /// Samples in each direction.
 const SAMPLES: usize = 12;
 

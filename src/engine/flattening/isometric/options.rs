@@ -15,7 +15,8 @@ pub enum Objective {
     Area,
     /// Lengths first: the least mean change of lengths.
     Shape,
-    /// How much the mean change of area and the mean change of angles weigh.
+    /// How much the mean change of area and the mean change of angles weigh. A job gives them by themselves.
+    #[serde(skip)]
     Weights {
         /// Weight of the change of area, above nought.
         area: f64,
@@ -36,6 +37,26 @@ const SHAPE_FIRST: [f64; 2] = [3.0, 1.0];
 const WEIGHT_RANGE: f64 = 1e4;
 
 impl Objective {
+    /// The objective's name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Balanced => "balanced",
+            Self::Arap => "arap",
+            Self::Area => "area",
+            Self::Shape => "shape",
+            Self::Weights { .. } => "weights",
+        }
+    }
+
+    /// Why weights cannot be used, if they cannot.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn check(self) -> Result<(), String> {
+        self.weights().map(|_| ())
+    }
+
     /// The weights of area and shape, the greater one 1, for the objectives that have any; `Err` with the reason when
     /// they cannot be used.
     pub(super) fn weights(self) -> Result<Option<[f64; 2]>, String> {
