@@ -6,6 +6,8 @@
 
 #![expect(clippy::needless_range_loop, reason = "rows and columns are indices of several arrays, as in the formulae")]
 
+use std::ops::Range;
+
 use super::cholesky::{Matrix, Symbolic};
 use super::energy::{Curvature, Derivatives, Energy};
 use super::shape::{Cell, Shape};
@@ -66,25 +68,56 @@ impl Assembly {
         for (cell, slots) in shape.cells.iter().zip(&self.slots) {
             let derivatives = form(cell);
             add_gradient(cell, &derivatives.gradient, gradient);
-            let blocks = corner_blocks(cell, &derivatives.hessian);
-            for corner in 0..3 {
-                let target = &mut matrix.diagonal[cell.corners[corner] as usize];
-                for c in 0..2 {
-                    for r in 0..2 {
-                        target[c][r] += blocks[corner][corner][c][r];
-                    }
-                }
+            add_hessian(cell, slots, &derivatives.hessian, matrix);
+        }
+    }
+
+    /// Takes all negative eigenvalues away from the triangles with a corner in a range of places, where only the share
+    /// `clamped` of them has been; false when there is no such triangle. `done` marks those of which they are gone.
+    pub(super) fn clamp(
+        &self,
+        shape: &Shape,
+        (energy, clamped): (Energy, f64),
+        flat: &[[f64; 2]],
+        (range, done): (Range<u32>, &mut [bool]),
+        matrix: &mut Matrix<2>,
+    ) -> bool {
+        let mut any = false;
+        for ((cell, slots), done) in shape.cells.iter().zip(&self.slots).zip(done) {
+            if *done || !cell.corners.iter().any(|v| range.contains(v)) {
+                continue;
             }
-            for (pair, slot) in PAIRS.into_iter().zip(slots) {
-                let [a, b] = pair;
-                // [column][row]: the greater number is the row.
-                let (row, column) = if cell.corners[a] > cell.corners[b] { (a, b) } else { (b, a) };
-                let target = &mut matrix.below[*slot as usize];
-                for c in 0..2 {
-                    for r in 0..2 {
-                        target[c][r] += blocks[column][row][c][r];
-                    }
-                }
+            (*done, any) = (true, true);
+            let jet = cell.jet(flat);
+            let [less, full] =
+                [clamped, 1.0].map(|clamped| energy.derivatives(&jet, Curvature::Newton { clamped }).hessian);
+            let difference = std::array::from_fn(|r| std::array::from_fn(|c| full[r][c] - less[r][c]));
+            add_hessian(cell, slots, &difference, matrix);
+        }
+        any
+    }
+}
+
+/// Adds what a triangle's Hessian over (p, q) means to its corners.
+#[inline]
+fn add_hessian(cell: &Cell, slots: &[u32; 3], hessian: &[[f64; 4]; 4], matrix: &mut Matrix<2>) {
+    let blocks = corner_blocks(cell, hessian);
+    for corner in 0..3 {
+        let target = &mut matrix.diagonal[cell.corners[corner] as usize];
+        for c in 0..2 {
+            for r in 0..2 {
+                target[c][r] += blocks[corner][corner][c][r];
+            }
+        }
+    }
+    for (pair, slot) in PAIRS.into_iter().zip(slots) {
+        let [a, b] = pair;
+        // [column][row]: the greater number is the row.
+        let (row, column) = if cell.corners[a] > cell.corners[b] { (a, b) } else { (b, a) };
+        let target = &mut matrix.below[*slot as usize];
+        for c in 0..2 {
+            for r in 0..2 {
+                target[c][r] += blocks[column][row][c][r];
             }
         }
     }
@@ -117,7 +150,7 @@ fn add_gradient(cell: &Cell, by_parts: &[f64; 4], gradient: &mut [[f64; 2]]) {
 
 /// How (p, q) changes with x and with y of a corner whose hat function has the gradient g.
 #[inline]
-fn columns_of(g: [f64; 2]) -> [[f64; 4]; 2] {
+pub(super) fn columns_of(g: [f64; 2]) -> [[f64; 4]; 2] {
     let [a, b] = [0.5 * g[0], 0.5 * g[1]];
     [[a, -b, a, b], [b, a, -b, a]]
 }

@@ -83,7 +83,7 @@ pub(super) fn convex(mesh: &Mesh, topo: &Topology, observer: &dyn Observer) -> R
         }
     }
     let mut factor = Factor::new(&symbolic);
-    factor.factorise(&symbolic, &matrix, usize::MAX, observer)?;
+    factor.factorise(&symbolic, &mut matrix, (0, &mut |_, _| false), observer)?;
     for (d, side) in sides.iter_mut().enumerate() {
         factor.solve(&symbolic, side);
         for v in 0..count {

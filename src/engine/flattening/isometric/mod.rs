@@ -17,6 +17,8 @@ mod assembly;
 mod cholesky;
 mod convex;
 mod energy;
+mod memory;
+mod multilevel;
 mod options;
 mod search;
 mod shape;

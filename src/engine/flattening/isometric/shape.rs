@@ -66,6 +66,8 @@ impl Shape {
             }
             cells.push(cell);
         }
+        // Neighbours in the factorisation's numbering are neighbours in memory.
+        cells.sort_by_key(|cell| cell.corners.iter().copied().min());
         Ok(Self { cells, unit, masses })
     }
 
@@ -94,7 +96,7 @@ impl Shape {
 }
 
 /// The triangle laid flat over its longest edge; `None` when it is a point.
-fn cell(places: [DVec3; 3], corners: [u32; 3], total: f64) -> Option<Cell> {
+pub(super) fn cell(places: [DVec3; 3], corners: [u32; 3], total: f64) -> Option<Cell> {
     // Over its longest edge the height is best known. The turn keeps the corners' sense.
     let squared = [0, 1, 2].map(|k| places[(k + 1) % 3].distance_squared(places[k]));
     let first = (0..3).fold(0, |best, k| if squared[k] > squared[best] { k } else { best });
@@ -134,6 +136,19 @@ impl Cell {
             jet.shear[1] += 0.5 * (e[0] * g[1] + e[1] * g[0]);
         }
         jet
+    }
+
+    /// Which corner a place is.
+    #[inline]
+    pub(super) fn corner(&self, place: u32) -> usize {
+        if self.corners[0] == place { 0 } else { 1 + usize::from(self.corners[2] == place) }
+    }
+
+    /// The gradient of a corner's hat function.
+    #[inline]
+    pub(super) fn hat(&self, corner: usize) -> [f64; 2] {
+        let [b, c] = self.gradients;
+        [[-b[0] - c[0], -b[1] - c[1]], b, c][corner]
     }
 
     /// Whether the triangle lies the right way up: by its map where that is sure, else by the exact predicate.

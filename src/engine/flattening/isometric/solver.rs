@@ -4,18 +4,21 @@
 //! - far from the least, one whose parabolas touch the energy from afar ([`Curvature::Secant`]), since Newton's method
 //!   opens collapsed triangles by a third of their size a step;
 //! - then the Hessian with negative eigenvalues set to nought, a share of which is given back step by step until it is
-//!   the Hessian itself. The exact one converges fastest but need not be positive; when it is not, its factorisation
-//!   ends early and the round is made again with a greater share taken away.
+//!   the Hessian itself. The exact one converges fastest but need not be positive; where the factorisation finds that it
+//!   is not, the triangles around lose all their negative eigenvalues, and only that part is factorised again.
 //!
-//! While the energy's curvature changes little, the same factor gives further steps from new gradients at a fraction of
-//! the price (Shamanskii 1967); when such a step no longer promises much less than the one before, the next round begins.
+//! The same factor gives further steps from new gradients at a fraction of the price (Shamanskii 1967), corrected by what
+//! the steps before it showed ([`super::memory`]); when these no longer pay, the next round begins.
 //!
 //! Stops when a step promises to lower the energy by less than [`TOLERANCE`] of it (or [`RESOLUTION`]), takes that step,
 //! and is done: near the least the true error is then far below the promise, since Newton's steps square it.
 
+use std::ops::Range;
+
 use super::assembly::{Assembly, gradient_of};
 use super::cholesky::{Factor, Matrix, Symbolic};
 use super::energy::{Curvature, Energy};
+use super::memory::Memory;
 use super::search::search;
 use super::shape::Shape;
 use crate::engine::budget::Observer;
@@ -34,31 +37,36 @@ pub(super) const RESOLUTION: f64 = 1e-22;
 /// Most rounds. Surfaces that engineers flatten take one to three, heads that are closed but for the neck about twenty.
 pub(super) const MAX_ROUNDS: usize = 200;
 
-/// A step with a kept factor is taken when it promises at most this part of what the step before promised.
-const STILL_SERVES: f64 = 0.1;
+/// What a step with a kept factor costs beside a round with one.
+const PRICE: f64 = 0.2;
+
+/// Least rate (logarithm of the promise over price) at which steps with a kept factor go on.
+const LEAST_RATE: f64 = 1.0;
 
 /// Most steps with one factor.
 const MAX_KEPT: usize = 12;
 
 /// Mean energy from which a map counts as far from the least.
-const FAR: f64 = 0.5;
+const FAR: f64 = 1.0;
 
 /// Secants give way to the Hessian when a round lowers the energy by less than this part; the Hessian's clamped share
 /// falls when a round lowers it by less than [`NEAR`].
 const SLOW: f64 = 0.3;
 /// The same for energies of sizes, which secants suit better.
 const ROBUST_SLOW: f64 = 0.05;
-const NEAR: f64 = 0.03;
+const NEAR: f64 = 0.1;
 
-/// How the clamped share falls, the least before it is dropped, and rounds to wait after it fell too far.
+/// How the clamped share falls, and the least before it is dropped.
 const LOWERED: f64 = 0.3;
 const LEAST_CLAMPED: f64 = 0.1;
-const WAIT: usize = 2;
+
+/// Where less than this part of a step can be taken, the share rises again: the exact Hessian looks too far.
+const SHORT: f64 = 0.6;
 
 /// Unknowns that may lack a positive pivot: moving and turning the whole costs no energy.
 const RIGID: usize = 3;
 
-const PROJECTED: Curvature = Curvature::Newton { clamped: 1.0 };
+pub(super) const PROJECTED: Curvature = Curvature::Newton { clamped: 1.0 };
 
 /// How a map was found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -84,6 +92,9 @@ pub(super) struct Solver<'a> {
     pub(super) gradient: Vec<[f64; 2]>,
     pub(super) direction: Vec<[f64; 2]>,
     next: Vec<[f64; 2]>,
+    done: Vec<bool>,
+    last: Vec<[f64; 2]>,
+    memory: Memory,
 }
 
 impl<'a> Solver<'a> {
@@ -103,7 +114,10 @@ impl<'a> Solver<'a> {
             factor: Factor::new(symbolic),
             gradient: room.clone(),
             direction: room.clone(),
-            next: room,
+            next: room.clone(),
+            last: room,
+            memory: Memory::default(),
+            done: vec![false; shape.cells.len()],
         }
     }
 
@@ -117,11 +131,24 @@ impl<'a> Solver<'a> {
         flat: &mut Vec<[f64; 2]>,
         max_rounds: usize,
     ) -> Result<Run, EngineError> {
+        let tolerance = if energy.is_robust() { ROBUST_TOLERANCE } else { TOLERANCE };
+        self.minimise_to(energy, flat, max_rounds, tolerance)
+    }
+
+    /// The same until a step promises less than a given part of the energy.
+    pub(super) fn minimise_to(
+        &mut self,
+        energy: Energy,
+        flat: &mut Vec<[f64; 2]>,
+        max_rounds: usize,
+        tolerance: f64,
+    ) -> Result<Run, EngineError> {
         let mut run = Run { energy: self.shape.energy(energy, flat), ..Run::default() };
         let robust = energy.is_robust();
-        let (tolerance, slow) = if robust { (ROBUST_TOLERANCE, ROBUST_SLOW) } else { (TOLERANCE, SLOW) };
+        let slow = if robust { ROBUST_SLOW } else { SLOW };
+        let (mut before, mut last_step) = (f64::INFINITY, 1.0);
+        let mut promises = Vec::with_capacity(MAX_KEPT + 2);
         let mut curvature = if robust || run.energy > FAR { Curvature::Secant } else { PROJECTED };
-        let (mut before, mut wait) = (f64::INFINITY, 0_usize);
         while run.rounds < max_rounds {
             self.observer.check()?;
             self.observer.progress(run.rounds as f64 / (run.rounds + 4) as f64);
@@ -129,22 +156,20 @@ impl<'a> Solver<'a> {
             before = run.energy;
             curvature = match curvature {
                 Curvature::Secant if gain < slow => PROJECTED,
-                Curvature::Newton { clamped } if gain < NEAR && wait == 0 => {
+                Curvature::Newton { clamped } if last_step < SHORT => {
+                    Curvature::Newton { clamped: (clamped.max(LEAST_CLAMPED * LOWERED) / LOWERED).min(1.0) }
+                }
+                Curvature::Newton { clamped } if last_step == 1.0 && gain < NEAR => {
                     Curvature::Newton { clamped: if clamped > LEAST_CLAMPED { LOWERED * clamped } else { 0.0 } }
                 }
                 same => same,
             };
-            wait = wait.saturating_sub(1);
-            while !self.factorise(energy, curvature, flat)? {
-                run.rounds += 1;
-                if let Curvature::Newton { clamped } = curvature {
-                    let more = if clamped == 0.0 { LEAST_CLAMPED } else { (clamped / LOWERED).min(1.0) };
-                    curvature = Curvature::Newton { clamped: more };
-                }
-                wait = WAIT;
-            }
+            self.factorise(energy, curvature, flat)?;
             run.rounds += 1;
+            self.memory.clear();
             let mut promise = self.promise();
+            promises.clear();
+            promises.push(promise);
             for kept in 0..=MAX_KEPT {
                 let enough = promise <= tolerance * run.energy + RESOLUTION;
                 let at_start = (run.energy, -2.0 * promise);
@@ -159,6 +184,9 @@ impl<'a> Solver<'a> {
                 };
                 std::mem::swap(flat, &mut self.next);
                 run.energy = reached;
+                if kept == 0 {
+                    last_step = step;
+                }
                 run.kept += usize::from(kept > 0);
                 if enough {
                     run.converged = true;
@@ -168,9 +196,12 @@ impl<'a> Solver<'a> {
                     break;
                 }
                 self.observer.check()?;
+                std::mem::swap(&mut self.gradient, &mut self.last);
                 gradient_of(self.shape, energy, flat, &mut self.gradient);
+                self.memory.remember(step, &self.direction, &self.last, &self.gradient);
                 let now = self.promise();
-                if now > STILL_SERVES * promise && now > tolerance * run.energy + RESOLUTION {
+                promises.push(now);
+                if !still_serves(&promises) && now > tolerance * run.energy + RESOLUTION {
                     break;
                 }
                 promise = now;
@@ -179,23 +210,40 @@ impl<'a> Solver<'a> {
         Ok(run)
     }
 
-    /// Assembles and factorises; false when the matrix is not positive. With all negative eigenvalues set to nought it is.
-    fn factorise(&mut self, energy: Energy, curvature: Curvature, flat: &[[f64; 2]]) -> Result<bool, EngineError> {
-        self.assembly.hessian(self.shape, (energy, curvature), flat, &mut self.matrix, &mut self.gradient);
-        let allowed = match curvature {
-            Curvature::Newton { clamped } if clamped < 1.0 => RIGID,
-            _ => usize::MAX,
+    /// Assembles and factorises. Where the matrix turns out not to be positive, the triangles around lose all negative
+    /// eigenvalues, those and no others.
+    fn factorise(&mut self, energy: Energy, curvature: Curvature, flat: &[[f64; 2]]) -> Result<(), EngineError> {
+        let Self { shape, symbolic, assembly, matrix, factor, gradient, done, .. } = self;
+        assembly.hessian(shape, (energy, curvature), flat, matrix, gradient);
+        done.fill(false);
+        let mut repair = |range: Range<u32>, matrix: &mut Matrix<2>| match curvature {
+            Curvature::Newton { clamped } if clamped < 1.0 => {
+                assembly.clamp(shape, (energy, clamped), flat, (range, done), matrix)
+            }
+            _ => false,
         };
-        self.factor.factorise(self.symbolic, &self.matrix, allowed, self.observer)
+        factor.factorise(symbolic, matrix, (RIGID, &mut repair), self.observer)
     }
 
     /// The step from the gradient and the factor that are there; gives half of what its slope promises.
     fn promise(&mut self) -> f64 {
-        for (d, g) in self.direction.iter_mut().zip(&self.gradient) {
-            *d = [-g[0], -g[1]];
+        let Self { symbolic, factor, gradient, direction, memory, .. } = self;
+        for (d, g) in direction.iter_mut().zip(&*gradient) {
+            *d = g.map(|x| -x);
         }
-        self.factor.solve(self.symbolic, &mut self.direction);
+        memory.apply(direction, |x| factor.solve(symbolic, x));
         let slope: f64 = self.direction.iter().zip(&self.gradient).map(|(d, g)| d[0] * g[0] + d[1] * g[1]).sum();
         -0.5 * slope
     }
+}
+
+/// Whether the factor at hand is worth a further step: as long as the last two lowered the promise faster, for their
+/// price, than the round as a whole (Charnov's marginal value), and fast enough.
+fn still_serves(promises: &[f64]) -> bool {
+    let [first, .., now] = promises else { return true };
+    let steps = promises.len() - 1;
+    let late = steps.min(2);
+    let rate = |from: f64, price: f64| (from / now).ln() / price;
+    let of_late = rate(promises[steps - late], PRICE * late as f64);
+    of_late >= rate(*first, 1.0 + PRICE * steps as f64).max(LEAST_RATE)
 }

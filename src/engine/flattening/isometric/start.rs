@@ -2,20 +2,22 @@
 //!
 //! - Conformal: least squares conformal map with two far border vertices held (Levy et al. 2002): nearly right for
 //!   everything that is nearly developable, but it can flip on strongly curved meshes, and is then not taken.
+//! - By way of coarser meshes ([`super::multilevel`]): for large meshes whose conformal map will not do.
 //! - Convex ([`convex`]): cannot flip, but is far from isometric.
 //!
-//! Both are scaled so that their symmetric Dirichlet energy is least; the lesser energy wins.
+//! The first and the last are scaled so that their symmetric Dirichlet energy is least; the lesser energy wins.
 
 use super::BALANCED;
 use super::convex::convex;
 use super::energy::Derivatives;
+use super::multilevel::{LEAST_LARGE, carry_over, smooth};
 use super::shape::{Cell, Shape};
 use super::solver::Solver;
 use crate::engine::error::EngineError;
 use crate::engine::flattening::FlatteningError;
 use crate::engine::mesh::{Mesh, Topology};
 
-/// Mean energy of the conformal start above which the convex one is tried as well.
+/// Mean energy of the conformal start above which another one is tried.
 const FAR_OFF: f64 = 1.0;
 
 /// A map without flips, in the factorisation's numbering.
@@ -30,6 +32,11 @@ pub(super) fn start(solver: &mut Solver, mesh: &Mesh, topology: &Topology) -> Re
     if energy < FAR_OFF {
         return Ok(flat);
     }
+    if mesh.positions.len() >= LEAST_LARGE
+        && let Some(carried) = carried_over(solver, mesh, topology)?
+    {
+        return Ok(carried);
+    }
     let own = convex(mesh, topology, solver.observer)?;
     let mut other: Vec<[f64; 2]> = solver.symbolic.order.iter().map(|&v| own[v as usize]).collect();
     let least = scaled(&mut other);
@@ -40,6 +47,15 @@ pub(super) fn start(solver: &mut Solver, mesh: &Mesh, topology: &Topology) -> Re
     } else {
         Err(FlatteningError::TooCurved.into())
     }
+}
+
+/// A map by way of coarser meshes, when there is one.
+fn carried_over(solver: &Solver, mesh: &Mesh, topology: &Topology) -> Result<Option<Vec<[f64; 2]>>, EngineError> {
+    let Some(places) = carry_over(mesh, topology, solver.observer)? else { return Ok(None) };
+    let (shape, order) = (solver.shape, &solver.symbolic.order);
+    let mut flat: Vec<[f64; 2]> = order.iter().map(|&v| places[v as usize].map(|x| x / shape.unit)).collect();
+    smooth(shape, &mut flat);
+    Ok((shape.energy(BALANCED, &flat) < f64::INFINITY).then_some(flat))
 }
 
 /// The conformal map, of any size. It may flip.
@@ -64,7 +80,7 @@ fn conformal(solver: &mut Solver, mesh: &Mesh, topology: &Topology) -> Result<Ve
     for v in held {
         solver.gradient[v] = [0.0; 2];
     }
-    solver.factor.factorise(solver.symbolic, &solver.matrix, usize::MAX, solver.observer)?;
+    solver.factor.factorise(solver.symbolic, &mut solver.matrix, (0, &mut |_, _| false), solver.observer)?;
     solver.direction.copy_from_slice(&solver.gradient);
     solver.factor.solve(solver.symbolic, &mut solver.direction);
     for (place, step) in flat.iter_mut().zip(&solver.direction) {

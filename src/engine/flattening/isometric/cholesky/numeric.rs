@@ -5,8 +5,10 @@
     reason = "vector instructions reach only what is inlined into the function that asks for them"
 )]
 
+use std::ops::Range;
+
 use super::dissection::NO_NODE;
-use super::kernel::{COLUMNS, factorise, multiply_add, update};
+use super::kernel::{ROWS, factorise, multiply_add, place, update};
 use super::symbolic::{Front, Matrix, Symbolic};
 use crate::engine::budget::Observer;
 use crate::engine::error::EngineError;
@@ -21,7 +23,12 @@ pub(crate) struct Factor<const D: usize> {
     panels: Vec<f64>,
     buffers: Vec<Vec<f64>>,
     work: Vec<f64>,
+    /// For each column of the widest front four parts of a sum.
+    sums: Vec<[f64; 4]>,
 }
+
+/// Makes a matrix more positive in a range of vertices; false when there is nothing left to do.
+pub(crate) type Repair<'a, const D: usize> = dyn FnMut(Range<u32>, &mut Matrix<D>) -> bool + 'a;
 
 /// Runs a closure with the widest vectors that the processor is known to have; tells it whether they multiply and add
 /// in one instruction.
@@ -48,23 +55,26 @@ impl<const D: usize> Factor<D> {
             panels: vec![0.0; symbolic.len],
             buffers: symbolic.buffers.iter().map(|&len| vec![0.0; len]).collect(),
             work: vec![0.0; symbolic.tallest],
+            sums: vec![[0.0; 4]; symbolic.tallest],
         }
     }
 
-    /// Factorises a matrix. Unknowns without a positive pivot are held; false as soon as these are more than `allowed`.
+    /// Factorises a matrix. Unknowns without a positive pivot are held. Where a front has one, beyond `allowed` of them in
+    /// the last front, `repair` is asked first to make the matrix more positive in a range of vertices (new numbers): all
+    /// that went into that pivot. While it says that it did, that range alone is factorised again.
     ///
     /// # Errors
     /// [`EngineError::Cancelled`]: the observer is asked at every front.
     pub(crate) fn factorise(
         &mut self,
         symbolic: &Symbolic<D>,
-        matrix: &Matrix<D>,
-        allowed: usize,
+        matrix: &mut Matrix<D>,
+        (allowed, repair): (usize, &mut Repair<'_, D>),
         observer: &dyn Observer,
-    ) -> Result<bool, EngineError> {
+    ) -> Result<(), EngineError> {
         let greatest = matrix.diagonal.iter().flat_map(|block| (0..D).map(|d| block[d][d])).fold(0.0, f64::max);
         let floor = PIVOT_FLOOR * greatest;
-        vectorised!(factorise_all::<D>(self, symbolic, matrix, (floor, allowed), observer))
+        vectorised!(factorise_all::<D>(self, symbolic, matrix, (floor, allowed, repair), observer))
     }
 
     /// Solves in place for `D` unknowns a vertex, in the new numbering.
@@ -77,13 +87,17 @@ impl<const D: usize> Factor<D> {
 fn factorise_all<const D: usize, const FUSED: bool>(
     factor: &mut Factor<D>,
     symbolic: &Symbolic<D>,
-    matrix: &Matrix<D>,
-    (floor, allowed): (f64, usize),
+    matrix: &mut Matrix<D>,
+    (floor, allowed, repair): (f64, usize, &mut Repair<'_, D>),
     observer: &dyn Observer,
-) -> Result<bool, EngineError> {
-    let mut held = 0;
-    // Where a part falls apart by itself its separator is empty, and so may be its front.
-    for front in symbolic.fronts.iter().filter(|front| front.height > 0) {
+) -> Result<(), EngineError> {
+    let mut at = 0;
+    while let Some(front) = symbolic.fronts.get(at) {
+        at += 1;
+        // Where a part falls apart by itself its separator is empty, and so may be its front.
+        if front.height == 0 {
+            continue;
+        }
         let (height, columns) = (front.height as usize, front.columns as usize);
         let panel = &mut factor.panels[front.panel..front.panel + columns * height];
         panel.fill(0.0);
@@ -97,36 +111,44 @@ fn factorise_all<const D: usize, const FUSED: bool>(
             let child = &symbolic.fronts[child as usize];
             extend::<D>(panel, target, front, child, symbolic, &factor.buffers[child.buffer as usize]);
         }
-        held += factorise::<FUSED>(panel, height, floor);
-        if used > 0 {
-            update::<FUSED>(panel, height, columns, target, front.stride());
+        // An empty separator passes on what its children pass, no more.
+        let held = if columns > 0 { factorise::<FUSED>(panel, columns, floor) } else { 0 };
+        if used > 0 && columns > 0 {
+            update::<FUSED>(panel, columns, target, front.stride());
         }
         factor.buffers[front.buffer as usize] = square;
-        if held > allowed {
-            return Ok(false);
-        }
         observer.check()?;
+        if held > if at == symbolic.fronts.len() { allowed } else { 0 } {
+            let first = symbolic.first_below(at - 1);
+            if repair(symbolic.fronts[first].start..front.end, matrix) {
+                at = first;
+            }
+        }
     }
-    Ok(true)
+    Ok(())
 }
 
 /// Writes the matrix's columns of a front into its panel; padded columns become unit ones.
 #[inline(always)]
 fn scatter<const D: usize>(panel: &mut [f64], front: &Front, symbolic: &Symbolic<D>, matrix: &Matrix<D>) {
-    let height = front.height as usize;
+    let columns = front.columns as usize;
+    // `D` divides the strips' height and each block begins at a multiple of it: no block is torn.
     for vertex in front.start as usize..front.end as usize {
         let first = D * (vertex - front.start as usize);
+        let entries = symbolic.column_starts[vertex] as usize..symbolic.column_starts[vertex + 1] as usize;
         for c in 0..D {
-            let column = &mut panel[(first + c) * height..(first + c + 1) * height];
-            column[first..first + D].copy_from_slice(&matrix.diagonal[vertex][c]);
-            let entries = symbolic.column_starts[vertex] as usize..symbolic.column_starts[vertex + 1] as usize;
-            for (&row, block) in symbolic.front_rows[entries.clone()].iter().zip(&matrix.below[entries]) {
-                column[row as usize..row as usize + D].copy_from_slice(&block[c]);
+            let at = place(columns, first, first + c);
+            panel[at..at + D].copy_from_slice(&matrix.diagonal[vertex][c]);
+        }
+        for (&row, block) in symbolic.front_rows[entries.clone()].iter().zip(&matrix.below[entries]) {
+            for (c, column) in block.iter().enumerate() {
+                let at = place(columns, row as usize, first + c);
+                panel[at..at + D].copy_from_slice(column);
             }
         }
     }
-    for pad in D * (front.end - front.start) as usize..front.columns as usize {
-        panel[pad * height + pad] = 1.0;
+    for pad in D * (front.end - front.start) as usize..columns {
+        panel[place(columns, pad, pad)] = 1.0;
     }
 }
 
@@ -141,24 +163,28 @@ fn extend<const D: usize>(
     passed: &[f64],
 ) {
     let rows = &symbolic.parent_rows[child.passed[0] as usize..child.passed[1] as usize];
-    let (height, columns, stride) = (front.height as usize, front.columns as usize, front.stride());
+    let (columns, stride) = (front.columns as usize, front.stride());
     let (from, offset) = (child.stride(), child.stride() - (child.height - child.columns) as usize);
+    // Rows of the square count from those of the strip with the panel's row `columns`.
+    let shift = front.height as usize - stride;
     for (c, &column) in rows.iter().enumerate() {
         for d in 0..D {
             let source = &passed[(D * c + d) * from + offset..(D * c + d + 1) * from];
             let at = column as usize + d;
-            let target = if at < columns {
-                &mut panel[at * height..(at + 1) * height]
+            if at < columns {
+                for (r, &row) in rows.iter().enumerate().skip(c) {
+                    let to = place(columns, row as usize, at);
+                    for e in 0..D {
+                        panel[to + e] += source[D * r + e];
+                    }
+                }
             } else {
-                // Rows of the square count from the panel's row `height - stride`.
-                let at = (at - columns) * stride;
-                &mut square[at..at + stride]
-            };
-            let shift = if at < columns { 0 } else { height - stride };
-            for (r, &row) in rows.iter().enumerate().skip(c) {
-                let (to, from) = (row as usize - shift, D * r);
-                for e in 0..D {
-                    target[to + e] += source[from + e];
+                let target = &mut square[(at - columns) * stride..(at - columns + 1) * stride];
+                for (r, &row) in rows.iter().enumerate().skip(c) {
+                    let to = row as usize - shift;
+                    for e in 0..D {
+                        target[to + e] += source[D * r + e];
+                    }
                 }
             }
         }
@@ -171,39 +197,29 @@ fn solve_all<const D: usize, const FUSED: bool>(
     symbolic: &Symbolic<D>,
     unknowns: &mut [[f64; D]],
 ) {
-    let Factor { panels, work, .. } = factor;
-    for front in symbolic.fronts.iter().filter(|front| front.height > 0) {
+    let Factor { panels, work, sums, .. } = factor;
+    for front in symbolic.fronts.iter().filter(|front| front.columns > 0) {
         let (height, columns) = (front.height as usize, front.columns as usize);
         let work = &mut work[..height];
         work.fill(0.0);
         let own = front.start as usize..front.end as usize;
-        for (at, value) in unknowns[own.clone()].as_flattened().iter().enumerate() {
-            work[at] = *value;
-        }
-        let panel = &panels[front.panel..front.panel + columns * height];
-        for (block, columns) in panel.chunks_exact(COLUMNS * height).enumerate() {
-            let j = block * COLUMNS;
-            let column = [0, 1, 2, 3].map(|c| &columns[c * height..(c + 1) * height]);
-            let mut x = [0.0; COLUMNS];
-            for c in 0..COLUMNS {
-                let mut value = work[j + c];
-                for k in 0..c {
-                    value -= column[k][j + c] * x[k];
-                }
-                x[c] = value / column[c][j + c];
-                work[j + c] = x[c];
-            }
-            let below = j + COLUMNS;
-            let tail = &mut work[below..];
-            let [a, b, c, d] = column.map(|column| &column[below..]);
-            for i in 0..tail.len().min(a.len()).min(b.len()).min(c.len()).min(d.len()) {
-                let mut value = multiply_add::<FUSED>(-x[0], a[i], tail[i]);
-                value = multiply_add::<FUSED>(-x[1], b[i], value);
-                value = multiply_add::<FUSED>(-x[2], c[i], value);
-                tail[i] = multiply_add::<FUSED>(-x[3], d[i], value);
-            }
-        }
         let len = D * own.len();
+        work[..len].copy_from_slice(unknowns[own.clone()].as_flattened());
+        let panel = &panels[front.panel..front.panel + columns * height];
+        for (number, strip) in panel.chunks_exact(ROWS * columns).enumerate() {
+            let first = number * ROWS;
+            let (strip, _) = strip.as_chunks::<ROWS>();
+            let (done, rest) = work.split_at_mut(first);
+            let Some(target) = rest.first_chunk_mut::<ROWS>() else { break };
+            forward::<FUSED>(strip, done, target);
+            for c in first..(first + ROWS).min(columns) {
+                let x = target[c - first] / strip[c][c - first];
+                target[c - first] = x;
+                for r in c - first + 1..ROWS {
+                    target[r] -= strip[c][r] * x;
+                }
+            }
+        }
         unknowns[own].as_flattened_mut().copy_from_slice(&work[..len]);
         let passed = &symbolic.passed[front.passed[0] as usize..front.passed[1] as usize];
         for (&vertex, values) in passed.iter().zip(work[columns..].chunks_exact(D)) {
@@ -212,7 +228,7 @@ fn solve_all<const D: usize, const FUSED: bool>(
             }
         }
     }
-    for front in symbolic.fronts.iter().rev().filter(|front| front.height > 0) {
+    for front in symbolic.fronts.iter().rev().filter(|front| front.columns > 0) {
         let (height, columns) = (front.height as usize, front.columns as usize);
         let work = &mut work[..height];
         work.fill(0.0);
@@ -223,36 +239,47 @@ fn solve_all<const D: usize, const FUSED: bool>(
         for (&vertex, values) in passed.iter().zip(work[columns..].chunks_exact_mut(D)) {
             values.copy_from_slice(&unknowns[vertex as usize]);
         }
+        let sums = &mut sums[..columns];
+        sums.fill([0.0; 4]);
         let panel = &panels[front.panel..front.panel + columns * height];
-        for (block, columns) in panel.chunks_exact(COLUMNS * height).enumerate().rev() {
-            let j = block * COLUMNS;
-            let column = [0, 1, 2, 3].map(|c| &columns[c * height..(c + 1) * height]);
-            let below = j + COLUMNS;
-            let sums = dots::<FUSED>(column.map(|column| &column[below..]), &work[below..]);
-            for c in (0..COLUMNS).rev() {
-                let mut value = work[j + c] - sums[c];
-                for k in c + 1..COLUMNS {
-                    value -= column[c][j + k] * work[j + k];
+        for (number, strip) in panel.chunks_exact(ROWS * columns).enumerate().rev() {
+            let first = number * ROWS;
+            let (strip, _) = strip.as_chunks::<ROWS>();
+            let Some(known) = work[first..].first_chunk_mut::<ROWS>() else { break };
+            for c in (first..(first + ROWS).min(columns)).rev() {
+                let [p, q, r, s] = sums[c];
+                let mut value = known[c - first] - ((p + q) + (r + s));
+                for r in c - first + 1..ROWS {
+                    value -= strip[c][r] * known[r];
                 }
-                work[j + c] = value / column[c][j + c];
+                known[c - first] = value / strip[c][c - first];
+            }
+            for (sum, column) in sums.iter_mut().zip(&strip[..first.min(columns)]) {
+                for p in 0..4 {
+                    sum[p] = multiply_add::<FUSED>(column[p], known[p], sum[p]);
+                    sum[p] = multiply_add::<FUSED>(column[4 + p], known[4 + p], sum[p]);
+                }
             }
         }
         unknowns[own].as_flattened_mut().copy_from_slice(&work[..len]);
     }
 }
 
-/// The products of four columns with one, summed in four interleaved parts.
+/// Subtracts from a strip's rows what the unknowns before them make of them, even and odd columns apart, so that no
+/// addition waits for the one before.
 #[inline(always)]
-fn dots<const FUSED: bool>(columns: [&[f64]; COLUMNS], with: &[f64]) -> [f64; COLUMNS] {
-    let mut parts = [[0.0; 4]; COLUMNS];
-    let (whole, _) = with.as_chunks::<4>();
-    let columns = columns.map(|column| column.as_chunks::<4>().0);
-    for (i, with) in whole.iter().enumerate() {
-        for c in 0..COLUMNS {
-            for p in 0..4 {
-                parts[c][p] = multiply_add::<FUSED>(columns[c][i][p], with[p], parts[c][p]);
-            }
+fn forward<const FUSED: bool>(strip: &[[f64; ROWS]], done: &[f64], target: &mut [f64; ROWS]) {
+    let mut odd = [0.0; ROWS];
+    let (pairs, last) = strip[..done.len().min(strip.len())].as_chunks::<2>();
+    let (values, _) = done.as_chunks::<2>();
+    for (columns, x) in pairs.iter().zip(values) {
+        for r in 0..ROWS {
+            target[r] = multiply_add::<FUSED>(-x[0], columns[0][r], target[r]);
+            odd[r] = multiply_add::<FUSED>(-x[1], columns[1][r], odd[r]);
         }
     }
-    parts.map(|p| (p[0] + p[1]) + (p[2] + p[3]))
+    debug_assert!(last.is_empty(), "columns come in fours");
+    for r in 0..ROWS {
+        target[r] += odd[r];
+    }
 }

@@ -129,6 +129,15 @@ impl<const D: usize> Symbolic<D> {
         self.order.len()
     }
 
+    /// The first of the fronts below one: they are those from it on.
+    pub(super) fn first_below(&self, front: usize) -> usize {
+        let mut first = front;
+        while self.fronts[first].children[0] != NO_NODE {
+            first = self.fronts[first].children[0] as usize;
+        }
+        first
+    }
+
     /// A matrix of zeros.
     pub(crate) fn matrix(&self) -> Matrix<D> {
         Matrix { diagonal: vec![[[0.0; D]; D]; self.order.len()], below: vec![[[0.0; D]; D]; self.rows.len()] }

@@ -86,9 +86,9 @@ fn residual<const D: usize>(m: usize, n: usize, edges: &[[u32; 2]], numbers: &[f
     let blocks: Vec<[[f64; D]; D]> =
         (0..edges.len()).map(|e| std::array::from_fn(|c| std::array::from_fn(|r| number(7 * e + 3 * c + r)))).collect();
     // At most eight neighbours with entries up to 1: diagonally dominant.
-    let matrix = fill(&symbolic, edges, &blocks, 8.0 * D as f64 + 1.0);
+    let mut matrix = fill(&symbolic, edges, &blocks, 8.0 * D as f64 + 1.0);
     let mut factor = Factor::new(&symbolic);
-    assert!(factor.factorise(&symbolic, &matrix, 0, &Unobserved).unwrap());
+    factor.factorise(&symbolic, &mut matrix, (0, &mut |_, _| panic!("it is positive")), &Unobserved).unwrap();
     let right: Vec<[f64; D]> = (0..m * n).map(|v| std::array::from_fn(|d| number(v + 11 * d))).collect();
     let mut x = right.clone();
     factor.solve(&symbolic, &mut x);
@@ -128,12 +128,53 @@ fn a_matrix_that_is_not_positive_is_found_out() {
     for v in 0..m * n {
         matrix.diagonal[v] = [[graph.of(symbolic.order[v]).len() as f64 + 1e-6]];
     }
-    assert!(factor.factorise(&symbolic, &matrix, 0, &Unobserved).unwrap());
+    let mut asked = |matrix: &mut Matrix<1>, allowed: usize| {
+        let mut ranges = Vec::new();
+        let mut repair = |range: std::ops::Range<u32>, _: &mut Matrix<1>| {
+            ranges.push(range);
+            false
+        };
+        factor.factorise(&symbolic, matrix, (allowed, &mut repair), &Unobserved).unwrap();
+        ranges
+    };
+    assert_eq!(asked(&mut matrix, 0), []);
     for block in &mut matrix.diagonal {
         block[0][0] -= 1e-3;
     }
-    assert!(!factor.factorise(&symbolic, &matrix, 0, &Unobserved).unwrap());
-    assert!(factor.factorise(&symbolic, &matrix, 1, &Unobserved).unwrap(), "one unknown is held, the rest is positive");
+    // The last front fails, into which everything went.
+    let found = asked(&mut matrix, 0);
+    assert!(found.len() == 1 && found[0] == (0..(m * n) as u32));
+    assert_eq!(asked(&mut matrix, 1), [], "one unknown is held, the rest is positive");
+}
+
+#[test]
+fn a_matrix_is_repaired_where_it_is_not_positive_and_nowhere_else() {
+    let (m, n) = (40, 30);
+    let edges = edges(m, n);
+    let symbolic =
+        Symbolic::<2>::new(&places(m, n), &Graph::of_edges(m * n, edges.iter().copied()), &Unobserved).unwrap();
+    let blocks = vec![[[-1.0, 0.2], [0.1, -1.0]]; edges.len()];
+    let sound = fill(&symbolic, &edges, &blocks, 20.0);
+    for spoilt in [0_usize, 417, m * n - 1] {
+        let mut matrix = sound.clone();
+        matrix.diagonal[spoilt][1][1] = -3.0;
+        let mut ranges = Vec::new();
+        let mut repair = |range: std::ops::Range<u32>, matrix: &mut Matrix<2>| {
+            assert!(range.contains(&(spoilt as u32)));
+            matrix.diagonal[spoilt] = sound.diagonal[spoilt];
+            ranges.push(range);
+            ranges.len() == 1
+        };
+        let mut factor = Factor::new(&symbolic);
+        factor.factorise(&symbolic, &mut matrix, (0, &mut repair), &Unobserved).unwrap();
+        assert_eq!(ranges.len(), 1, "the first repair was enough");
+        let right: Vec<[f64; 2]> = (0..m * n).map(|v| [v as f64, 1.0]).collect();
+        let mut x = right.clone();
+        factor.solve(&symbolic, &mut x);
+        let found = product(&symbolic, &edges, &sound, &x);
+        let error = found.as_flattened().iter().zip(right.as_flattened()).map(|(a, b)| (a - b).abs());
+        assert!(error.fold(0.0, f64::max) < 1e-9);
+    }
 }
 
 #[test]
