@@ -7,8 +7,9 @@
 /// Agreement that is asked of an interval, relative to its length.
 const RELATIVE: f64 = 1e-9;
 
-/// Agreement that is enough, relative to the length of the whole curve: what kinks are judged by.
-const OF_WHOLE: f64 = 1e-9;
+/// Agreement that is enough, relative to the length of the whole curve: what kinks are judged by, at each of which the
+/// halving ends sooner the larger this is. A hundred kinks may then cost some millionths of a length.
+const OF_WHOLE: f64 = 3e-8;
 
 /// How often an interval may be halved: bounds the work at kinks, where each halving halves the error.
 const DEEPEST: u32 = 14;

@@ -7,7 +7,7 @@ use super::meshed::{DEFAULT_CHORD_RELATIVE, rough_tolerance};
 use crate::engine::budget::Unobserved;
 use crate::engine::error::EngineError;
 use crate::engine::triangulation::density::{self, DensityInput, DensityLimits};
-use crate::engine::triangulation::{Configuration, Density, trace, trimmed_area};
+use crate::engine::triangulation::{Configuration, Density, rough_trimmed_area, trace};
 use crate::engine::trimming::{CheckedTrims, TrimmedSurface, part_box};
 
 /// Chord tolerance of the mesh that the area is integrated over, as a fraction of the diagonal. The integrand is that of
@@ -59,7 +59,7 @@ pub fn survey(surface: &TrimmedSurface, trims: &CheckedTrims) -> Result<Survey, 
     Ok(Survey {
         bounding_box: [low + centred.home.offset, high + centred.home.offset],
         diagonal,
-        area: trimmed_area(base, &domain),
+        area: rough_trimmed_area(base, &domain),
         triangles: 2 * lines.cells(),
     })
 }

@@ -20,5 +20,5 @@ pub use grid::grid_mesh;
 pub use lift::lift;
 pub use options::{Configuration, Density, TriangulationMethod, TriangulationOptions};
 pub use outcome::{DomainMesh, GridLines, Lifted, TracingCounts};
-pub use surface_area::{observed_area, trimmed_area};
+pub use surface_area::{observed_area, rough_trimmed_area, trimmed_area};
 pub use tracing::{CellEdge, CellLabel, CrossingList, Traced, TracedCell, aspect_of, trace};

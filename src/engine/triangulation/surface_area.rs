@@ -18,6 +18,9 @@ use crate::engine::nurbs::Surface;
 /// smaller still by the square of a triangle's size; a thousandth of what any tolerance of an area asks for.
 const AGREEMENT: f64 = 1e-8;
 
+/// The same for the rough area: the rule of three points is then off by about a hundredth of the difference.
+const ROUGH_AGREEMENT: f64 = 1e-6;
+
 /// How often a triangle may be quartered. Each level costs what is still rough; where the integrand jumps an error is
 /// divided by four.
 const LEVELS: u32 = 7;
@@ -34,7 +37,13 @@ type Corners = [DVec2; 3];
 /// Area of the surface over the triangles of the domain, mm^2.
 #[must_use]
 pub fn trimmed_area(surface: &Surface, domain: &DomainMesh) -> f64 {
-    integral(surface, domain, &Unobserved)
+    integral(surface, domain, over, AGREEMENT, &Unobserved)
+}
+
+/// The same to some five digits, in less than half of the time: by the rules of one point and of three.
+#[must_use]
+pub fn rough_trimmed_area(surface: &Surface, domain: &DomainMesh) -> f64 {
+    integral(surface, domain, roughly_over, ROUGH_AGREEMENT, &Unobserved)
 }
 
 /// The same, and it stops within a chunk of triangles when it is no longer wanted.
@@ -42,13 +51,19 @@ pub fn trimmed_area(surface: &Surface, domain: &DomainMesh) -> f64 {
 /// # Errors
 /// [`EngineError::Cancelled`] when the observer asks for it.
 pub fn observed_area(surface: &Surface, domain: &DomainMesh, observer: &dyn Observer) -> Result<f64, EngineError> {
-    let area = integral(surface, domain, observer);
+    let area = integral(surface, domain, over, AGREEMENT, observer);
     observer.check()?;
     Ok(area)
 }
 
 /// The integral; of less than the whole domain when the observer cancels.
-fn integral(surface: &Surface, domain: &DomainMesh, observer: &dyn Observer) -> f64 {
+fn integral(
+    surface: &Surface,
+    domain: &DomainMesh,
+    rules: impl Fn(&Surface, Corners) -> [f64; 2] + Sync,
+    agreement: f64,
+    observer: &dyn Observer,
+) -> f64 {
     let mut level: Vec<Corners> = domain.triangles.iter().map(|t| t.map(|c| domain.uv[c as usize])).collect();
     let (mut area, mut allowed) = (0.0, None);
     for depth in 0..=LEVELS {
@@ -56,19 +71,19 @@ fn integral(surface: &Surface, domain: &DomainMesh, observer: &dyn Observer) -> 
         let wanted = |chunk: &[Corners]| if observer.is_cancelled() { 0 } else { chunk.len() };
         let found: Vec<[f64; 2]> = level
             .par_chunks(CHUNK)
-            .flat_map_iter(|chunk| chunk[..wanted(chunk)].iter().map(|&t| over(surface, t)))
+            .flat_map_iter(|chunk| chunk[..wanted(chunk)].iter().map(|&t| rules(surface, t)))
             .collect();
         if observer.is_cancelled() {
             break;
         }
-        let whole = *allowed.get_or_insert_with(|| AGREEMENT * found.iter().map(|[_, seven]| seven).sum::<f64>());
+        let whole = *allowed.get_or_insert_with(|| agreement * found.iter().map(|[_, better]| better).sum::<f64>());
         let least = if depth == LEVELS { f64::INFINITY } else { refined_from(&found, whole) };
         let mut next = Vec::new();
-        for (t, [three, seven]) in level.iter().zip(&found) {
-            if (seven - three).abs() > least {
+        for (t, [simple, better]) in level.iter().zip(&found) {
+            if (better - simple).abs() > least {
                 next.extend(quarters(*t));
             } else {
-                area += seven;
+                area += better;
             }
         }
         if next.is_empty() {
@@ -82,7 +97,7 @@ fn integral(surface: &Surface, domain: &DomainMesh, observer: &dyn Observer) -> 
 /// The difference above which a triangle is quartered: what is allowed, or more when too many are beyond that.
 fn refined_from(found: &[[f64; 2]], allowed: f64) -> f64 {
     let mut beyond: Vec<f64> =
-        found.iter().map(|[three, seven]| (seven - three).abs()).filter(|d| *d > allowed).collect();
+        found.iter().map(|[simple, better]| (better - simple).abs()).filter(|d| *d > allowed).collect();
     let most = MOST_IN_A_LEVEL / 4;
     if beyond.len() <= most {
         return allowed;
@@ -115,6 +130,15 @@ fn over(surface: &Surface, t: Corners) -> [f64; 2] {
     [size * three, size * seven]
 }
 
+/// The same by one point and by three.
+fn roughly_over(surface: &Surface, t: Corners) -> [f64; 2] {
+    let size = 0.5 * (t[1] - t[0]).perp_dot(t[2] - t[0]).abs();
+    let at = |w: [f64; 3]| stretch(surface, w[0] * t[0] + w[1] * t[1] + w[2] * t[2]);
+    let [near, far] = [2.0 / 3.0, 1.0 / 6.0];
+    let three = (at([near, far, far]) + at([far, near, far]) + at([far, far, near])) / 3.0;
+    [size * at([1.0 / 3.0; 3]), size * three]
+}
+
 /// Weight of the centroid in Radon's rule of seven points.
 const SEVEN_CENTRE: f64 = 0.225;
 /// Three points near the corners: weight of the nearest corner, and of each point in the sum.
@@ -135,6 +159,15 @@ mod tests {
             surface,
             &grid_mesh(&GridLines::uniform(surface.domain(), points, points), Configuration::Regular, 0),
         )
+    }
+
+    #[test]
+    fn the_rough_area_has_five_digits() {
+        for surface in [shapes::sphere(10.0), shapes::cylinder(3.0, 20.0)] {
+            let domain = grid_mesh(&GridLines::uniform(surface.domain(), 17, 17), Configuration::Regular, 0);
+            let (rough, fine) = (rough_trimmed_area(&surface, &domain), trimmed_area(&surface, &domain));
+            assert!((rough / fine - 1.0).abs() < 1e-5, "{rough} {fine}");
+        }
     }
 
     #[test]
