@@ -8,8 +8,8 @@
 const RELATIVE: f64 = 1e-9;
 
 /// Agreement that is enough, relative to the length of the whole curve: what kinks are judged by, at each of which the
-/// halving ends sooner the larger this is. A hundred kinks may then cost some millionths of a length.
-const OF_WHOLE: f64 = 3e-8;
+/// halving ends sooner the larger this is. A hundred kinks may then cost less than a millionth of a length.
+const OF_WHOLE: f64 = 3e-9;
 
 /// How often an interval may be halved: bounds the work at kinks, where each halving halves the error.
 const DEEPEST: u32 = 14;
