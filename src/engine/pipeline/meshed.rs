@@ -24,7 +24,7 @@ pub const DEFAULT_CHORD_RELATIVE: f64 = 1e-3;
 pub const CADER_TRIANGLES: (u64, u64) = (200, 7000);
 /// The same for the map of least distortion: fewer triangles would not follow how strains change over the part, and more
 /// add nothing that a cutter could follow.
-pub const ISOMETRIC_TRIANGLES: (u64, u64) = (400, 400_000);
+pub const ISOMETRIC_TRIANGLES: (u64, u64) = (200, 400_000);
 /// The share of an area tolerance that the polygonised boundary may use up; the rest is the curvature's.
 const BOUNDARY_SHARE_OF_AREA: f64 = 0.25;
 /// Relative accuracy of the surface's area where it only decides how finely loops are followed.
