@@ -2,10 +2,10 @@
 //!
 //! - Conformal: least squares conformal map with two far border vertices held (Levy et al. 2002): nearly right for
 //!   everything that is nearly developable, but it can flip on strongly curved meshes, and is then not taken.
-//! - By way of coarser meshes ([`super::multilevel`]): for large meshes whose conformal map will not do.
+//! - By way of coarser meshes ([`super::multilevel`]): for large meshes that are strongly curved, taken first.
 //! - Convex ([`convex`]): cannot flip, but is far from isometric.
 //!
-//! The first and the last are scaled so that their symmetric Dirichlet energy is least; the lesser energy wins.
+//! The conformal and the convex one are scaled so that their symmetric Dirichlet energy is least; the lesser energy wins.
 
 use super::BALANCED;
 use super::convex::convex;
@@ -18,7 +18,7 @@ use crate::engine::flattening::FlatteningError;
 use crate::engine::mesh::{Mesh, Topology};
 
 /// Mean energy of the conformal start above which another one is tried.
-const FAR_OFF: f64 = 1.0;
+pub(super) const FAR_OFF: f64 = 1.0;
 
 /// A map without flips, in the factorisation's numbering.
 ///
@@ -27,15 +27,15 @@ const FAR_OFF: f64 = 1.0;
 pub(super) fn start(solver: &mut Solver, mesh: &Mesh, topology: &Topology) -> Result<Vec<[f64; 2]>, EngineError> {
     let shape = solver.shape;
     let scaled = |flat: &mut [[f64; 2]]| if scale(shape, flat) { shape.energy(BALANCED, flat) } else { f64::INFINITY };
-    let mut flat = conformal(solver, mesh, topology)?;
-    let energy = scaled(&mut flat);
-    if energy < FAR_OFF {
-        return Ok(flat);
-    }
     if mesh.positions.len() >= LEAST_LARGE
         && let Some(carried) = carried_over(solver, mesh, topology)?
     {
         return Ok(carried);
+    }
+    let mut flat = conformal(solver, mesh, topology)?;
+    let energy = scaled(&mut flat);
+    if energy < FAR_OFF {
+        return Ok(flat);
     }
     let own = convex(mesh, topology, solver.observer)?;
     let mut other: Vec<[f64; 2]> = solver.symbolic.order.iter().map(|&v| own[v as usize]).collect();

@@ -2,7 +2,8 @@
 //!
 //! The energy of a coarse mesh is least near where that of the fine one is, at a fraction of the price; what differs is
 //! of short waves, which [`refine`] takes away vertex by vertex, so that few of the dear steps on the fine mesh remain.
-//! No level has a flip. Where something fails (a mesh that cannot be coarsened, rounding), there is no such start.
+//! No level has a flip. Where something fails (a mesh that cannot be coarsened, rounding), and where the surface is so
+//! nearly developable that the conformal map does as well, there is no such start.
 
 mod coarsen;
 mod refine;
@@ -67,7 +68,7 @@ fn return_to(mesh: &Mesh, coarsening: &Coarsening, number: usize, flat: &mut [[f
     put_back(&mesh.positions, coarsening, range, flat)
 }
 
-/// Lowers the energy of one level's map; false when that level has no map.
+/// Lowers the energy of one level's map; false when that level has no map, or needs none.
 fn solve_level(
     mesh: &Mesh,
     triangles: &[[u32; 3]],
@@ -98,6 +99,8 @@ fn solve_level(
     let mut solver = Solver::new(&shape, &symbolic, &assembly, observer);
     let mut own = if coarsest {
         match start::start(&mut solver, &part, &topology) {
+            // Nearly developable: the conformal map of the whole mesh costs less than all levels.
+            Ok(own) if shape.energy(BALANCED, &own) < start::FAR_OFF => return Ok(false),
             Ok(own) => own,
             Err(EngineError::Cancelled) => return Err(EngineError::Cancelled),
             Err(_) => return Ok(false),

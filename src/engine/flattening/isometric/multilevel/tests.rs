@@ -7,6 +7,7 @@ use robust::{Coord, orient2d};
 use super::coarsen::coarsen;
 use super::{carry_over, put_back};
 use crate::engine::budget::Unobserved;
+use crate::engine::flattening::isometric::{IsometricOptions, flatten};
 use crate::engine::mesh::test_meshes::{Diagonal, grid};
 use crate::engine::mesh::{Mesh, Topology};
 
@@ -53,10 +54,33 @@ fn coarser_meshes_are_discs_with_the_same_holes_and_nearly_the_same_area() {
 
 #[test]
 fn a_map_that_is_carried_over_is_near_the_least_one() {
-    let mesh = holed(Diagonal::Diamond, 1.0);
+    let mesh = holed(Diagonal::Diamond, 6.0);
     let topology = Topology::new(&mesh).unwrap();
     let flat = carry_over(&mesh, &topology, &Unobserved).unwrap().unwrap();
     assert_eq!(flips(&mesh.triangles, &flat), 0);
+    let energy = |flat: &[[f64; 2]]| {
+        // Mean of s1^2 + s2^2 + 1/s1^2 + 1/s2^2 - 4 by areas: |F|^2 (1 + 1/det^2) - 4.
+        let (mut sum, mut total) = (0.0, 0.0);
+        for corners in &mesh.triangles {
+            let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+            let [p, q, r] = corners.map(|v| flat[v as usize]);
+            let (e, f) = (b - a, c - a);
+            let (d, g) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
+            let double = e.cross(f).length();
+            let dot = |x: [f64; 2], y: [f64; 2]| x[0] * y[0] + x[1] * y[1];
+            let norm = dot(d, d) * f.dot(f) - 2.0 * dot(d, g) * e.dot(f) + dot(g, g) * e.dot(e);
+            let det = (d[0] * g[1] - d[1] * g[0]) / double;
+            sum += double * (norm / (double * double) * (1.0 + 1.0 / (det * det)) - 4.0);
+            total += double;
+        }
+        sum / total
+    };
+    let least = flatten(&mesh, &topology, &IsometricOptions::default(), &Unobserved).unwrap().run.energy;
+    let carried = energy(&flat);
+    assert!(carried > least && carried < 1.2 * least, "{carried} {least}");
+    // Where the surface is nearly developable there is no need.
+    let mesh = holed(Diagonal::Diamond, 0.4);
+    assert_eq!(carry_over(&mesh, &Topology::new(&mesh).unwrap(), &Unobserved).unwrap(), None);
 }
 
 proptest! {
