@@ -122,6 +122,10 @@ fn request(arguments: &RunArguments, surface: &CheckedSurface) -> anyhow::Result
     for assignment in &arguments.set {
         faults.extend(parameters::assign(&mut job, assignment).err().map(|fault| *fault));
     }
+    // What is absent depends on the kind of work, which the command line names.
+    if let Value::Object(job) = &mut job {
+        job.entry("kind").or_insert_with(|| json!(arguments.kind));
+    }
     let (request, read) = parameters::read(job);
     faults.extend(read);
     if request.kind.is_some_and(|kind| kind != arguments.kind) {

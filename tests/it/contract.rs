@@ -60,6 +60,8 @@ fn the_defaults_that_the_contract_names_are_those_that_are_taken() {
             }
         }
     }
+    let flattening = json!({ "method": "isometric", "domain": "trimmed", "objective": "balanced" });
+    assert_eq!(taken["flattening"], flattening, "as the contract says in words");
     let mut sequential = planish::engine::job::JobOptions::default();
     sequential.flattening.method = Some(planish::engine::flattening::FlatteningMethod::Cader);
     let taken = Value::Object(planish::api::parameters::with_defaults(&sequential));

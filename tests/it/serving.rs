@@ -198,6 +198,11 @@ fn exit_codes_tell_what_became_of_a_run() {
     assert_eq!(code, 2);
     assert!(text.contains("/flattening/sed"), "{text}");
     assert_eq!(run(&folder.path().join("absent.json"), "flattening.seed=centre").0, 2);
+    // The kind of work, which the command line names, decides what belongs to it.
+    let mut search = program(&["run", "optimum-seed-search"]);
+    let search = search.arg(&cap).args(["--set", "flattening.objective=area", "--out"]).arg(&out).output().unwrap();
+    assert_eq!(search.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&search.stderr).contains("/flattening/objective"));
     assert_eq!(program(&["run", "fold", "x.json", "--out", "y"]).output().unwrap().status.code(), Some(2));
     let open = program(&["serve", "--listen", "0.0.0.0:0"]).output().unwrap();
     assert_eq!(open.status.code(), Some(2));

@@ -15,10 +15,12 @@ use crate::engine::triangulation::Density;
 /// hold up small ones.
 const TRIANGLES_TIMES_TOLERANCE: f64 = 4.0;
 
-/// What a triangle costs beside the visits of a search: it is made, measured, drawn and written.
+/// What a triangle costs beside the visits of a search: it is made, measured, drawn and written, which takes some two
+/// hundred nanoseconds. Too little, and jobs that only triangulate much would hold up small ones.
 const VISITS_PER_TRIANGLE: u64 = 20;
 
-/// What the map of least distortion costs a triangle beyond that.
+/// What the map of least distortion costs a triangle beyond that: two to ten microseconds, by curvature and size. Too much
+/// sends parts of some thousand triangles to the larger lane, too little lets those of some ten thousand into the light one.
 const SOLVER_VISITS_PER_TRIANGLE: u64 = 500;
 
 /// Size of a surface's part, as far as it is known.
@@ -60,7 +62,7 @@ pub const VISITS_PER_SECOND: u64 = 100_000_000;
 /// Most visits of a job: ten minutes of them, which is what an attempt may take.
 pub const MAX_VISITS: u64 = 600 * VISITS_PER_SECOND;
 
-/// The estimate, in triangle visits: a few for each triangle and, where seeds are searched, as many as seeds are tried, as
+/// The estimate, in triangle visits: some for each triangle and, where seeds are searched, as many as seeds are tried, as
 /// far as the budget allows.
 #[must_use]
 pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
@@ -73,7 +75,7 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
         (None, Some(grid), _) => grid_triangles(grid),
         (None, None, Some(density)) => by_tolerance(density, size),
         (None, None, None) => {
-            let foretold = size.default_triangles.unwrap_or(CADER_TRIANGLES.1);
+            let foretold = size.default_triangles.unwrap_or(MAX_TRIANGLES);
             let (least, most) = default_triangles(method);
             if kind == JobKind::Triangulate { foretold } else { foretold.clamp(least, most) }
         }
@@ -114,6 +116,7 @@ fn by_tolerance(density: Density, size: PartSize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::pipeline::ISOMETRIC_TRIANGLES;
 
     #[test]
     fn a_search_costs_the_square_of_the_triangles() {
@@ -145,8 +148,11 @@ mod tests {
         assert_eq!(of(JobKind::Flatten, Some(2)), 20 * 200 + 200 * 200);
         assert_eq!(of(JobKind::Flatten, Some(90_000)), 20 * 7000 + 7000 * 7000);
         assert_eq!(of(JobKind::Triangulate, Some(90_000)), 20 * 90_000);
-        // Nothing is known: the most that there may be.
+        // Nothing is known, as of a part that is too large to be measured: the most that there may be.
         assert_eq!(of(JobKind::Flatten, None), 20 * 7000 + 7000 * 7000);
+        assert_eq!(of(JobKind::Triangulate, None), 20 * MAX_TRIANGLES);
+        let isometric = cost(JobKind::Flatten, &JobOptions::default(), PartSize::default());
+        assert_eq!(isometric, 520 * ISOMETRIC_TRIANGLES.1);
     }
 
     #[test]

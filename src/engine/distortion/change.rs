@@ -1,7 +1,7 @@
 //! Area and shape change (thesis 4.3): (4.5) to (4.10), per triangle and per edge, of a mesh or of a part of it.
 //!
 //! `d = before - after`, so that shrinkage is positive; absolute changes sum `|d|`. An edge belongs to a part when one of
-//! its triangles does. Sums run in the order of triangles and edges whatever calls them, hence the same seed has the
+//! its triangles does. Sums run in the order of triangles and edges, eight side by side, whatever calls them, hence the same seed has the
 //! same change bit for bit in a search and in a report. Areas mm^2, lengths mm. A triangle that the flattening did not
 //! get to (NaN) counts for nothing.
 
@@ -240,6 +240,27 @@ mod tests {
         let change = original.shape_change(&slightly, Thresholds::default());
         assert_eq!(change.average, 0.0);
         assert!((change.max - 0.05 * 2.0_f64.sqrt()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_search_and_a_report_have_the_same_change_to_the_last_bit() {
+        let (mesh, topology, flat) = plane();
+        let bent: Vec<DVec2> = flat.iter().map(|p| DVec2::new(p.x + 0.1 * p.y * p.y, p.y * 0.97)).collect();
+        for count in 0..=mesh.triangles.len() {
+            let part: Vec<bool> = (0..mesh.triangles.len()).map(|t| t < count).collect();
+            let original = Original::new(&mesh, &topology, Some(&part));
+            let area = original.area_change(&bent, Thresholds::default()).percent();
+            let shape = original.shape_change(&bent, Thresholds::default()).percent();
+            assert_eq!(area.to_bits(), original.area_change_percent(&bent).to_bits(), "{count}");
+            assert_eq!(shape.to_bits(), original.shape_change_percent(&bent).to_bits(), "{count}");
+        }
+        // What was not reached counts for nothing, wherever it stands in the order.
+        let mut partial = bent;
+        partial[3] = DVec2::NAN;
+        let original = Original::new(&mesh, &topology, None);
+        let reached = (mesh.triangles.iter().filter(|t| !t.contains(&3))).count() as u64;
+        let change = original.area_change(&partial, Thresholds::default());
+        assert!(change.count == reached && change.absolute.is_finite() && change.absolute > 0.0, "{change:?}");
     }
 
     #[test]

@@ -116,9 +116,10 @@ pub struct FlatteningReport {
 /// How a map of least energy was found: all pieces together.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct SolverReport {
-    /// Times that the system was factorised.
+    /// Times that the system was factorised while the energy of the objective was made least: starts and coarser meshes
+    /// are not counted.
     pub rounds: u64,
-    /// Area-weighted mean of the energy; 0 for an isometry.
+    /// Area-weighted mean of the objective's energy (which energy depends on the objective); 0 for an isometry.
     pub energy: f64,
     /// Whether it is the least within the solver's tolerance. Else the map is valid, but a better one may exist.
     pub converged: bool,

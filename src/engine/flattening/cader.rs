@@ -254,9 +254,6 @@ impl Scratch {
 /// # Errors
 /// [`Stop`], which [`Stop::error`] turns into what a user reads.
 pub fn flatten(mesh: &CaderMesh, readings: Readings, seed: u32, scratch: &mut Scratch) -> Result<(), Stop> {
-    if seed as usize >= mesh.triangle_count() {
-        return Err(Stop::SeedOutOfRange);
-    }
     run::<true>(mesh, readings, seed, scratch, |_| true)
 }
 
@@ -272,9 +269,6 @@ pub fn flatten_while(
     scratch: &mut Scratch,
     goes_on: impl FnMut(&Scratch) -> bool,
 ) -> Result<(), Stop> {
-    if seed as usize >= mesh.triangle_count() {
-        return Err(Stop::SeedOutOfRange);
-    }
     run::<false>(mesh, readings, seed, scratch, goes_on)
 }
 
@@ -314,6 +308,9 @@ fn run<const COUNTS: bool>(
     scratch: &mut Scratch,
     goes_on: impl FnMut(&Scratch) -> bool,
 ) -> Result<(), Stop> {
+    if seed as usize >= mesh.triangle_count() {
+        return Err(Stop::SeedOutOfRange);
+    }
     scratch.begin(mesh, seed, COUNTS || readings != Readings::default());
     pulp::Arch::new().dispatch(|| run_levels::<COUNTS>(mesh, readings, seed, scratch, goes_on))
 }
@@ -454,7 +451,7 @@ fn process<const LAST: bool, const END: bool, const DEFAULT: bool, const COUNTS:
     (LevelCounts { triangles: (at - level.start) as u32, averaged, duplicates }, flipped)
 }
 
-/// Triangles by which the loop is ahead in reading hinges: enough for one to come from the second cache.
+/// Triangles by which the loop is ahead of the next one in reading hinges: enough for one to come from the second cache.
 const AHEAD: usize = 3;
 
 /// Has a hinge that will be needed soon brought to the nearest cache: levels cross the mesh, so that no processor guesses

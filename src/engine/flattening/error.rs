@@ -97,6 +97,14 @@ pub enum FlatteningError {
 /// What helps most flattenings that fail.
 const COARSER: &str = "Flatten a coarser mesh: sequential flattening fails on dense ones.";
 
+/// The method that never fails for a flip, without the settings that belong to the other.
+fn least_distortion() -> Remedy {
+    Remedy::say("Take the method that turns no triangle over, whatever the curvature.")
+        .with("flattening.method", SetValue::Text("isometric".into()))
+        .with("flattening.seed", SetValue::Nothing)
+        .with("flattening.readings", SetValue::Nothing)
+}
+
 impl Located for FlatteningError {
     fn code(&self) -> &'static str {
         match self {
@@ -124,14 +132,17 @@ impl Located for FlatteningError {
     fn remedies(&self) -> Vec<Remedy> {
         match self {
             Self::Flipped { .. } => vec![
+                least_distortion(),
                 Remedy::say("Let every seed be tried.").with("flattening.seed", SetValue::Text("optimum".into())),
                 Remedy::coarser(COARSER, [30, 30]),
             ],
             Self::NoSeed { .. } => vec![
+                least_distortion(),
                 Remedy::coarser(COARSER, [20, 20]),
                 Remedy::say("Divide the part: this much curvature cannot lie flat without great distortion."),
             ],
             Self::BudgetSpent { .. } => vec![
+                least_distortion(),
                 Remedy::say("Let the search take the time it needs.").with("search.budget_s", SetValue::Nothing),
                 Remedy::coarser(COARSER, [20, 20]),
             ],

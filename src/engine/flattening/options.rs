@@ -169,7 +169,8 @@ pub struct FlatteningOptions {
     /// The method. Absent: `cader` where a seed or readings are given, which belong to it, else `isometric`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub method: Option<FlatteningMethod>,
-    /// What is flattened. Absent: the method's [usual domain](FlatteningMethod::usual_domain).
+    /// What is flattened. Absent: the method's [usual domain](FlatteningMethod::usual_domain), but `base` where the mesh is
+    /// that of the whole grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub domain: Option<FlatteningDomain>,
     /// Which distortion `isometric` makes least. Absent: `balanced`, unless there are weights.

@@ -86,6 +86,8 @@ pub(super) struct Sheet<'a> {
     pub topology: &'a Topology,
     /// True when no edge of the mesh is at fault.
     pub sound: bool,
+    /// True when the mesh is the surface itself: that it has no curvature then means that the surface has none.
+    pub is_surface: bool,
     /// The seed as a triangle of the whole mesh, where one is named.
     pub seed: Option<u32>,
     /// The triangles that the seed's choice is judged by; `None`: all.
@@ -137,13 +139,21 @@ pub(super) fn flatten(sheet: &Sheet, options: &JobOptions, observer: &dyn Observ
         // A seed that names a triangle belongs to one piece; the others take the default.
         let seed = sheet.seed.and_then(|seed| piece.triangle_of.binary_search(&seed).ok()).map(|seed| seed as u32);
         let topology = own.as_ref().unwrap_or(sheet.topology);
-        let job = PieceJob { piece, topology, options, part: sheet.part, seed, first: lie == 0 };
+        let job = PieceJob {
+            piece,
+            topology,
+            options,
+            is_surface: sheet.is_surface,
+            part: sheet.part,
+            seed,
+            first: lie == 0,
+        };
         let (flat, error) = match job.flatten(observer, &mut laid) {
             Ok(done) => done,
             Err(EngineError::Flattening(error)) => {
                 let error = match error {
                     FlatteningError::Mesh(fault) => piece_fault(fault, piece, *number, all.len()),
-                    other => other,
+                    other => whole_mesh(other, piece),
                 };
                 left_out(&mut laid, *number, error).map_err(EngineError::from)?;
                 continue;
@@ -212,6 +222,7 @@ struct PieceJob<'a> {
     piece: &'a Piece,
     topology: &'a Topology,
     options: &'a JobOptions,
+    is_surface: bool,
     part: Option<&'a [bool]>,
     seed: Option<u32>,
     first: bool,
@@ -235,14 +246,17 @@ impl PieceJob<'_> {
         let mesh = &self.piece.mesh;
         observer.enter(Stage::Flattening);
         observer.check()?;
-        laid.flattened += mesh.triangles.len() as u64;
-        if let Some(unfolded) = developable::unfold(mesh, self.topology, UNFOLDED_STRAIN, observer)? {
+        if self.is_surface
+            && let Some(unfolded) = developable::unfold(mesh, self.topology, UNFOLDED_STRAIN, observer)?
+        {
             let strain = laid.developable.as_ref().map_or(unfolded.strain, |all| all.strain.max(unfolded.strain));
             laid.developable = Some(DevelopableReport { kind: "mesh".to_owned(), strain });
+            laid.flattened += mesh.triangles.len() as u64;
             return Ok(unfolded.flat);
         }
         let asked = IsometricOptions { objective: self.options.flattening.objective() };
         let found = isometric::flatten(mesh, self.topology, &asked, observer)?;
+        laid.flattened += mesh.triangles.len() as u64;
         let area = measures::total_area(mesh);
         let (all, before) =
             laid.solver.get_or_insert((SolverReport { converged: true, ..SolverReport::default() }, 0.0));

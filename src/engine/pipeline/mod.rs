@@ -20,7 +20,7 @@ use glam::{DVec2, DVec3};
 use super::budget::{Observer, Stage};
 use super::distortion::{self, DistortionReport, Report};
 use super::error::EngineError;
-use super::flattening::SeedChoice;
+use super::flattening::{FlatteningMethod, SeedChoice};
 use super::job::{JobKind, JobOptions};
 use super::mesh::Mesh;
 use super::pattern::{self, DrawInput, Locator, Pattern};
@@ -121,6 +121,7 @@ pub fn run<'a>(
     if kind == JobKind::OptimumSeedSearch {
         // A search for the best seed is not told where to begin.
         searching = options.clone();
+        searching.flattening.method = Some(FlatteningMethod::Cader);
         searching.flattening.seed = Some(SeedChoice::Optimum);
         options = &searching;
     }
@@ -186,6 +187,7 @@ fn flatten(
         mesh: &meshed.lifted.mesh,
         topology: &meshed.topology,
         sound: true,
+        is_surface: false,
         seed: flattened::named_seed(meshed, options, centred, part)?,
         part,
         landscape: kind == JobKind::OptimumSeedSearch,

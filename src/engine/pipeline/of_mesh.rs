@@ -14,7 +14,7 @@ use super::{Failure, Outcome, SurfaceMesh, reports};
 use crate::engine::budget::{Observer, Stage};
 use crate::engine::distortion::{self, DistortionReport, FlatteningReport, Report};
 use crate::engine::error::EngineError;
-use crate::engine::flattening::{FlatteningError, SeedChoice};
+use crate::engine::flattening::{FlatteningDomain, FlatteningError, FlatteningOptions, SeedChoice};
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::mesh::{Mesh, MeshFault, Topology};
 use crate::engine::pattern::{self, MeshDrawInput};
@@ -107,7 +107,7 @@ fn flatten(
     observer: &dyn Observer,
 ) -> Result<Outcome, Failure> {
     let (mesh, topology) = (ready.mesh, &ready.topology);
-    let sheet = Sheet { mesh, topology, sound: ready.faults.is_empty(), seed, part: None, landscape };
+    let sheet = Sheet { mesh, topology, sound: ready.faults.is_empty(), is_surface: true, seed, part: None, landscape };
     let laid = flattened::flatten(&sheet, options, observer).map_err(|stopped| {
         let partial = stopped.partial.map(|laid| {
             let mut outcome = meshed(ready, options);
@@ -115,7 +115,7 @@ fn flatten(
             outcome.report.flattening = Some(report(mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
             outcome.seeds = laid.landscape;
-            outcome.options.flattening = options.filled_flattening();
+            outcome.options.flattening = filled(options);
             outcome.options.flattening.seed = laid.seed_choice;
             outcome.flat = Some(laid.flat);
             Box::new(outcome)
@@ -148,7 +148,7 @@ fn flatten(
     let mut outcome = meshed(ready, options);
     outcome.report.warnings.extend(laid.warnings.iter().cloned());
     outcome.report.warnings.extend(Lying::warning(&flattening));
-    outcome.options.flattening = options.filled_flattening();
+    outcome.options.flattening = filled(options);
     outcome.options.flattening.seed = laid.seed_choice;
     outcome.strain_percent = Some(lying.strains());
     outcome.report.flattening = Some(flattening);
@@ -172,6 +172,11 @@ fn flatten(
 /// The flattening: of the mesh itself, since there is no base surface behind it.
 fn report(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> FlatteningReport {
     FlatteningReport { domain: "trimmed".to_owned(), ..reports::flattening(mesh, laid, options) }
+}
+
+/// The options as they were taken: behind a mesh there is no base.
+fn filled(options: &JobOptions) -> FlatteningOptions {
+    FlatteningOptions { domain: Some(FlatteningDomain::Trimmed), ..options.filled_flattening() }
 }
 
 /// Unit normals at the vertices: the mean of those of the triangles, weighted by their areas; zero where they cancel.

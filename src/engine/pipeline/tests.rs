@@ -126,7 +126,7 @@ fn a_dome_lies_without_a_flip_and_with_less_strain_than_by_the_best_seed() {
     let (sequential, solver, seed) = change(&cader);
     assert!(solver.is_none() && seed.is_some());
     assert!(least.area_change_percent < 0.5 * sequential.area_change_percent, "{least:?} {sequential:?}");
-    // What is made least is less than with any other objective.
+    // Each objective gains what it is after.
     let of = |objective| {
         let mut options = by(FlatteningMethod::Isometric);
         options.flattening.objective = Some(objective);

@@ -5,7 +5,7 @@
 //! it lie as they will lie at the end. Their changes of area (or the changes of length of their edges) are summed as they
 //! settle; all terms are positive, so once the sum is greater than the least change that is known, the seed is lost.
 //!
-//! Never on a tie: the sum runs in the order of settling and the final change in the order of the triangles, so the two
+//! Never on a tie: the sum runs in the order of settling and the final change as eight sums in the order of the triangles, so the two
 //! may differ by rounding; the bound is widened by more than both sums together can have lost ([`widened`]).
 
 use glam::DVec2;

@@ -93,7 +93,7 @@ pub fn flatten(
     let weights = options
         .objective
         .weights()
-        .map_err(|detail| EngineError::Parameter { name: "flattening.objective".to_owned(), detail })?;
+        .map_err(|detail| EngineError::Parameter { name: "flattening.weights".to_owned(), detail })?;
     check_disc(topology)?;
     let edges = (0..topology.edge_count() as u32).map(|e| topology.edge_vertices(e));
     let graph = Graph::of_edges(mesh.positions.len(), edges);
