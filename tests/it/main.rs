@@ -11,6 +11,7 @@ mod api_events;
 mod api_faults;
 mod api_feed;
 mod api_meshes;
+mod api_methods;
 mod api_results;
 mod architecture;
 mod contract;
