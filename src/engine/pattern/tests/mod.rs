@@ -410,21 +410,16 @@ fn pieces_that_are_flattened_apart_are_laid_side_by_side() {
     };
     let trims = trims.check().expect("loops that touch in a corner do");
     let flat = flat.map(DVec2::from_array);
-    let (topology, locator) = (Topology::new(&lifted.mesh).expect("a mesh"), locator(&lifted));
-    let input = DrawInput {
-        surface: &surface,
+    let mut part = Part {
+        surface,
+        trims,
+        lifted,
+        flat: flat.to_vec(),
         side: Side::Normal,
-        trims: &trims,
-        lifted: &lifted,
-        topology: &topology,
-        locator: &locator,
-        exact: None,
-        flat: &flat,
-        part: &[true; 4],
-        placement: &Placement::default(),
-        curve_tolerance_mm: None,
+        placement: Placement::default(),
+        tolerance: None,
     };
-    let drawn = draw(&input, &Unobserved).expect("a pattern");
+    let drawn = part.draw();
     assert_eq!(drawn.pattern.pieces.len(), 2);
     let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]].map(DVec2::from_array);
     assert_points(&drawn.pattern.pieces[0].outline.points, &square, 1e-12);
@@ -432,13 +427,12 @@ fn pieces_that_are_flattened_apart_are_laid_side_by_side() {
     assert_points(&drawn.pattern.pieces[1].outline.points, &beside, 1e-12);
     assert_eq!(drawn.pattern.bounding_box_mm, [20.5, 10.0]);
     // What is not flattened is left out, and so are its lengths.
-    let mut partial = flat;
     for p in [4, 5, 6, 7] {
-        partial[p] = DVec2::NAN;
+        part.flat[p] = DVec2::NAN;
     }
-    let drawn = draw(&DrawInput { flat: &partial, ..input }, &Unobserved).expect("a pattern");
+    let drawn = part.draw();
     assert_eq!((drawn.pattern.pieces.len(), drawn.boundary.len()), (1, 1));
-    assert!(drawn.transform.apply(&partial).iter().take(4).all(|p| p.is_finite()));
+    assert!(drawn.transform.apply(&part.flat).iter().take(4).all(|p| p.is_finite()));
 }
 
 #[test]
@@ -460,24 +454,16 @@ fn a_curve_beside_the_chords_of_a_trimmed_mesh_is_drawn_and_not_the_chords() {
     };
     let loops = vec![nurbs(circle2(DVec2::new(0.5, 0.5), 0.3))];
     let trims = TrimmedSurface { surface: surface.clone(), loops, side: Side::Normal }.check().expect("a circle");
-    let (topology, locator) = (Topology::new(&lifted.mesh).expect("a mesh"), locator(&lifted));
-    let drawn = draw(
-        &DrawInput {
-            surface: &surface,
-            side: Side::Normal,
-            trims: &trims,
-            lifted: &lifted,
-            topology: &topology,
-            locator: &locator,
-            exact: None,
-            flat: &flat,
-            part: &[true; 12],
-            placement: &Placement::default(),
-            curve_tolerance_mm: Some(1e-3),
-        },
-        &Unobserved,
-    )
-    .expect("a pattern");
+    let drawn = Part {
+        surface,
+        trims,
+        lifted,
+        flat,
+        side: Side::Normal,
+        placement: Placement::default(),
+        tolerance: Some(1e-3),
+    }
+    .draw();
     assert!((drawn.report.area_mm2 / (PI * 900.0) - 1.0).abs() < 1e-4, "{}", drawn.report.area_mm2);
     assert!((drawn.boundary[0].length_2d_mm / (60.0 * PI) - 1.0).abs() < 1e-7);
 }
