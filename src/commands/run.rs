@@ -144,7 +144,9 @@ fn broken(verdict: &Verdict) -> String {
     let failed = verdict.limits.iter().filter(|limit| !limit.ok);
     let list: Vec<String> =
         failed.map(|l| format!("{} is {:.4} ({}), the limit is {}", l.name, l.value, l.of, l.limit)).collect();
-    format!("verdict fail: {}", list.join("; "))
+    // Where every limit is kept it is an overlap that fails.
+    let reason = if list.is_empty() { "the pattern lies on itself".to_owned() } else { list.join("; ") };
+    format!("verdict fail: {reason}")
 }
 
 /// Writes the report and every form of the results; gives a line that names the files.

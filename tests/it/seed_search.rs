@@ -118,6 +118,8 @@ async fn a_search_that_would_take_too_long_is_refused_unless_it_has_a_budget() {
     let found = &report["seed_search"];
     assert_eq!((&found["complete"], &found["budget_s"]), (&json!(false), &json!(0.05)), "{report:#}");
     assert!(found["tried"].as_u64() < found["seeds"].as_u64());
+    let told = |warning: &Value| warning.as_str().is_some_and(|text| text.contains("ran out of its time"));
+    assert!(report["warnings"].as_array().unwrap().iter().any(told), "{}", report["warnings"]);
     let seeds = live.get(&format!("/v1/jobs/{job}/seeds")).await.expect(200).json();
     let untried = seeds["seeds"].as_array().unwrap().iter().filter(|seed| seed["outcome"] == "untried").count() as u64;
     assert_eq!(untried + found["tried"].as_u64().unwrap(), found["seeds"].as_u64().unwrap());

@@ -96,7 +96,7 @@ fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
             foreign(
                 asked.seed.is_some(),
                 "seed",
-                "the method `isometric` begins nowhere: leave the seed out, or take `cader`",
+                "the method `isometric` has no seed: leave it out, or take the method `cader`",
             );
             foreign(asked.readings.is_some(), "readings", "the readings are those of the method `cader`");
         }

@@ -80,3 +80,14 @@ pub struct Verdict {
     /// Each limit.
     pub limits: Vec<LimitCheck>,
 }
+
+impl Verdict {
+    /// The verdict on a pattern with so many overlaps: one that lies on itself is not fit to be cut whatever its strains are.
+    #[must_use]
+    pub fn of_overlaps(mut self, overlaps: Option<u64>) -> Self {
+        if self.result == VerdictResult::Pass && overlaps.is_some_and(|n| n > 0) {
+            self.result = VerdictResult::Fail;
+        }
+        self
+    }
+}

@@ -150,6 +150,16 @@ mod tests {
     }
 
     #[test]
+    fn a_pattern_that_lies_on_itself_never_passes() {
+        use crate::engine::distortion::{Verdict, VerdictResult};
+        let of = |result, overlaps| Verdict { result, limits: Vec::new() }.of_overlaps(overlaps).result;
+        assert_eq!(of(VerdictResult::Pass, Some(1)), VerdictResult::Fail);
+        assert_eq!(of(VerdictResult::Pass, Some(0)), VerdictResult::Pass);
+        assert_eq!(of(VerdictResult::Unchecked, Some(2)), VerdictResult::Unchecked);
+        assert_eq!(of(VerdictResult::Fail, None), VerdictResult::Fail);
+    }
+
+    #[test]
     fn what_lies_flat_as_it_is_has_neither_overlaps_nor_hot_spots() {
         let surface = TrimmedSurface { surface: cylinder(10.0, 30.0), loops: Vec::new(), side: Side::Reversed };
         let outcome = run(JobKind::Flatten, &surface, &JobOptions::default(), &Unobserved).unwrap();

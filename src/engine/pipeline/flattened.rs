@@ -319,6 +319,10 @@ impl PieceJob<'_> {
         if self.first {
             laid.search = Some(found.report(&self.piece.triangle_of));
         }
+        if !found.complete() {
+            let (tried, seeds) = (found.tried, found.outcomes.len());
+            laid.warnings.push(format!("the search ran out of its time: {tried} of {seeds} seeds were tried"));
+        }
         if let Some(landscape) = &mut laid.landscape {
             self.enter(&found, landscape);
         }

@@ -246,6 +246,7 @@ fn flatten(
     let lying = Lying { mesh, topology: &meshed.topology, flat: &flat, mirrored: drawn.transform.mirrored, part };
     let mut flattening = reports::flattening(mesh, &laid, options);
     lying.overlaps(&mut flattening, observer)?;
+    let verdict = verdict.of_overlaps(flattening.overlaps);
     // Strains of an exact map are those of rounding; the mesh's chords are none of the material's.
     let hot_spots = if exact.is_some() { Vec::new() } else { lying.hot_spots(&options.limits) };
     observer.check()?;

@@ -143,6 +143,7 @@ fn flatten(
     let lying = Lying { mesh, topology, flat: &flat, mirrored: drawn.transform.mirrored, part: None };
     let mut flattening = report(mesh, &laid, options);
     lying.overlaps(&mut flattening, observer)?;
+    let verdict = verdict.of_overlaps(flattening.overlaps);
     let hot_spots = lying.hot_spots(&options.limits);
     observer.check()?;
     let mut outcome = meshed(ready, options);

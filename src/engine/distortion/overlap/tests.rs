@@ -225,6 +225,9 @@ proptest! {
         let expected = 1.5 * (degrees.min(720.0) - 360.0).max(0.0).to_radians();
         // The chords of the two layers differ a little.
         prop_assert!((overlap.area_mm2 - expected).abs() < 4e-3 * (1.0 + expected), "{degrees}: {}", overlap.area_mm2);
-        prop_assert_eq!(overlap.regions.iter().any(|r| r.area_mm2 > 1e-2), expected > 1e-2 + 8e-3);
+        // What is as small as the difference of the chords may be found larger or smaller.
+        let found = overlap.regions.iter().any(|r| r.area_mm2 > 1e-2);
+        prop_assert!(found || expected < 1.5e-2, "{degrees}: {expected}");
+        prop_assert!(!found || expected > 5e-3, "{degrees}: {expected}");
     }
 }
