@@ -23,8 +23,8 @@ pub struct Settings {
     /// not depend on it.
     pub threads: usize,
     /// A job of at most this cost is light. Cost is in triangle visits (20 for each triangle, 520 where the least
-    /// distortion is looked for, and triangles times seeds tried); a million are some tens of milliseconds: every seed of
-    /// 990 triangles, the least distortion of 1900, or a mesh of 50 000.
+    /// distortion is looked for, and triangles times seeds tried); a million are every seed of 990 triangles (some
+    /// ten milliseconds of the search), the least distortion of 1900, or a mesh of 50 000.
     pub light_cost: u64,
     /// Jobs that may wait. At this many, new ones are refused rather than accepted and forgotten.
     pub most_waiting: u64,
