@@ -15,6 +15,7 @@ mod api_methods;
 mod api_results;
 mod architecture;
 mod contract;
+mod outlines;
 mod queue_bounds;
 mod queue_crashes;
 mod queue_drain;

@@ -1,18 +1,21 @@
-//! The map from a surface's domain to its flattening: piecewise affine over the triangles of the domain mesh.
+//! The map from a surface's domain to its flattening: piecewise quadratic over the triangles of the domain mesh.
 //!
-//! A point of the domain is found in its triangle; its barycentric coordinates there give its place in the plane and on
-//! the mesh. The domain mesh covers the domain whole, so this works across poles too: triangles that vanish in space map
+//! A point of the domain is found in its triangle; its barycentric coordinates there give its place on the mesh and, with
+//! the bends of the triangle's edges ([`super::bend`]), in the plane. The domain mesh covers the domain whole, so this works across poles too: triangles that vanish in space map
 //! to the line between the pole and the vertex opposite.
 //!
 //! The mesh of a trimmed domain is bounded by chords, and the exact curve may lie outside by up to their height. There the
-//! nearest triangle's affine map is continued, as far as lengths in the plane agree with those on the surface (in a
+//! nearest triangle's map is continued, as far as lengths in the plane agree with those on the surface (in a
 //! sliver they may not); else the nearest point stands.
 //!
 //! Of a surface that was unrolled exactly the place in the plane comes from that map, and from the triangle only the place
 //! on the mesh.
 
+use std::cell::Cell;
+
 use glam::{DVec2, DVec3};
 
+use super::bend::{Laid, bend, bent, bent_along};
 use super::locator::{Located, Locator};
 use crate::engine::flattening::developable::Unrolled;
 use crate::engine::mesh::Topology;
@@ -35,6 +38,8 @@ pub(super) struct FlatMap<'a> {
     locator: &'a Locator<'a>,
     topology: &'a Topology,
     exact: Option<&'a Unrolled>,
+    /// The triangle of the domain that was asked for last, and the bends of its edges: curves stay in one for a while.
+    last: Cell<Option<(u32, [DVec2; 3])>>,
 }
 
 /// A point of the domain on the mesh and in the plane.
@@ -57,7 +62,7 @@ impl<'a> FlatMap<'a> {
         flat: &'a [DVec2],
         exact: Option<&'a Unrolled>,
     ) -> Self {
-        Self { surface, lifted, flat, locator, topology, exact }
+        Self { surface, lifted, flat, locator, topology, exact, last: Cell::new(None) }
     }
 
     /// How many pieces the mesh has.
@@ -95,10 +100,9 @@ impl<'a> FlatMap<'a> {
         } else {
             self.locator.locate_among(uv, |t| self.piece_of(t).is_none_or(|p| p == piece))?
         };
-        let corners = self.mesh_corners(located.triangle);
-        let mut mapped = self.mapped(corners, located.weights);
+        let mut mapped = self.mapped(located.triangle, located.weights);
         if !located.inside {
-            mapped = self.continued(uv, corners, &located, mapped).unwrap_or(mapped);
+            mapped = self.continued(uv, &located, mapped).unwrap_or(mapped);
         }
         if let Some(exact) = self.exact {
             mapped.flat = exact.map(uv);
@@ -107,7 +111,7 @@ impl<'a> FlatMap<'a> {
     }
 
     /// Continues the triangle's map beyond its border, where that is sound.
-    fn continued(&self, uv: DVec2, corners: [usize; 3], located: &Located, on: Mapped) -> Option<Mapped> {
+    fn continued(&self, uv: DVec2, located: &Located, on: Mapped) -> Option<Mapped> {
         let [a, b, c] = self.locator.corners(located.triangle);
         let (ab, ac, ap) = (b - a, c - a, uv - a);
         let area = ab.perp_dot(ac);
@@ -116,7 +120,7 @@ impl<'a> FlatMap<'a> {
         if !(x.is_finite() && y.is_finite()) || weights.iter().all(|&w| w > -HAIR) {
             return None;
         }
-        let beyond = self.mapped(corners, weights);
+        let beyond = self.mapped(located.triangle, weights);
         let near = a * located.weights[0] + b * located.weights[1] + c * located.weights[2];
         let step = self.surface.point(uv.x, uv.y).distance(self.surface.point(near.x, near.y));
         let (flat, mesh) = (on.flat.distance(beyond.flat), on.mesh.distance(beyond.mesh));
@@ -131,7 +135,8 @@ impl<'a> FlatMap<'a> {
             return Some(exact.jacobian(uv));
         }
         // A triangle that vanished in space has no derivative.
-        let triangle = self.locator.locate_among(uv, |t| self.piece_of(t) == Some(piece))?.triangle;
+        let Located { triangle, weights, .. } = self.locator.locate_among(uv, |t| self.piece_of(t) == Some(piece))?;
+        let bends = self.bends(triangle);
         let [a, b, c] = self.locator.corners(triangle);
         let [fa, fb, fc] = self.mesh_corners(triangle).map(|k| self.flat[k]);
         let (ab, ac) = (b - a, c - a);
@@ -139,7 +144,8 @@ impl<'a> FlatMap<'a> {
         // Weights of the second and third corner change by these along u and v.
         let du = [ac.y / area, -ab.y / area];
         let dv = [-ac.x / area, ab.x / area];
-        let along = |d: [f64; 2]| (fb - fa) * d[0] + (fc - fa) * d[1];
+        let along =
+            |d: [f64; 2]| (fb - fa) * d[0] + (fc - fa) * d[1] + bent_along(weights, [-d[0] - d[1], d[0], d[1]], &bends);
         let result = [along(du), along(dv)];
         result.iter().all(|d| d.is_finite()).then_some(result)
     }
@@ -159,10 +165,43 @@ impl<'a> FlatMap<'a> {
         }
     }
 
-    fn mapped(&self, [a, b, c]: [usize; 3], [wa, wb, wc]: [f64; 3]) -> Mapped {
+    /// A triangle of the mesh, on the mesh and in the plane.
+    fn laid(&self, corners: [usize; 3]) -> Laid {
+        Laid { mesh: corners.map(|k| self.lifted.mesh.positions[k]), flat: corners.map(|k| self.flat[k]) }
+    }
+
+    /// The bends of the edges (0, 1), (1, 2), (2, 0) of a triangle of the domain.
+    fn bends(&self, triangle: u32) -> [DVec2; 3] {
+        if let Some((last, bends)) = self.last.get()
+            && last == triangle
+        {
+            return bends;
+        }
+        let own = self.mesh_triangle(triangle);
+        // A triangle that vanished in space has no plane, and an exact map needs no bends.
+        let bends = if self.exact.is_some() || own == u32::MAX {
+            [DVec2::ZERO; 3]
+        } else {
+            let (corners, uv) = (self.mesh_corners(triangle), self.locator.corners(triangle));
+            let here = self.laid(corners);
+            std::array::from_fn(|e| {
+                let (a, b) = (e, (e + 1) % 3);
+                let middle = 0.5 * (uv[a] + uv[b]);
+                let off = self.surface.point(middle.x, middle.y) - 0.5 * (here.mesh[a] + here.mesh[b]);
+                let twin = self.topology.twins().get(3 * own as usize + e).copied().unwrap_or(u32::MAX);
+                let beyond = self.lifted.mesh.triangles.get(twin as usize / 3);
+                bend(off, [Some(here), beyond.map(|t| self.laid(t.map(|k| k as usize)))], CONTINUED)
+            })
+        };
+        self.last.set(Some((triangle, bends)));
+        bends
+    }
+
+    fn mapped(&self, triangle: u32, weights: [f64; 3]) -> Mapped {
+        let ([a, b, c], [wa, wb, wc]) = (self.mesh_corners(triangle), weights);
         let p = &self.lifted.mesh.positions;
         Mapped {
-            flat: self.flat[a] * wa + self.flat[b] * wb + self.flat[c] * wc,
+            flat: self.flat[a] * wa + self.flat[b] * wb + self.flat[c] * wc + bent(weights, &self.bends(triangle)),
             mesh: p[a] * wa + p[b] * wb + p[c] * wc,
         }
     }

@@ -7,6 +7,7 @@
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
+mod bend;
 mod draw;
 mod flat_map;
 mod lengths;
