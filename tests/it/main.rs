@@ -6,6 +6,7 @@ mod formats_parts;
 mod formats_programs;
 mod support;
 
+mod against_cader;
 mod api_calls;
 mod api_events;
 mod api_faults;
