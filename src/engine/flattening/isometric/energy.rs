@@ -295,7 +295,7 @@ impl Energy {
 /// The symmetric matrix [a b; b c] with its negative eigenvalues set to nought.
 fn semidefinite(a: f64, b: f64, c: f64) -> [f64; 3] {
     let (mean, half) = (0.5 * (a + c), 0.5 * (a - c));
-    let root = half.hypot(b);
+    let root = (half * half + b * b).sqrt();
     if mean >= root {
         return [a, b, c];
     }

@@ -5,10 +5,11 @@
     reason = "vector instructions reach only what is inlined into the function that asks for them"
 )]
 
+use std::array::from_fn;
 use std::ops::Range;
 
 use super::dissection::NO_NODE;
-use super::kernel::{ROWS, factorise, multiply_add, place, update};
+use super::kernel::{COLUMNS, ROWS, factorise, multiply_add, place, update};
 use super::symbolic::{Front, Matrix, Symbolic};
 use crate::engine::budget::Observer;
 use crate::engine::error::EngineError;
@@ -254,10 +255,13 @@ fn solve_all<const D: usize, const FUSED: bool>(
                 }
                 known[c - first] = value / strip[c][c - first];
             }
-            for (sum, column) in sums.iter_mut().zip(&strip[..first.min(columns)]) {
-                for p in 0..4 {
-                    sum[p] = multiply_add::<FUSED>(column[p], known[p], sum[p]);
-                    sum[p] = multiply_add::<FUSED>(column[4 + p], known[4 + p], sum[p]);
+            // Four columns at a time: of single ones the compiler would make vectors across columns, by shuffling.
+            let (fours, _) = strip[..first.min(columns)].as_chunks::<COLUMNS>();
+            let (sums, _) = sums.as_chunks_mut::<COLUMNS>();
+            for (sums, columns) in sums.iter_mut().zip(fours) {
+                for (sum, column) in sums.iter_mut().zip(columns) {
+                    let upper: [f64; 4] = from_fn(|p| multiply_add::<FUSED>(column[p], known[p], sum[p]));
+                    *sum = from_fn(|p| multiply_add::<FUSED>(column[4 + p], known[4 + p], upper[p]));
                 }
             }
         }

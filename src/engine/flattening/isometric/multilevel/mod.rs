@@ -22,7 +22,7 @@ use crate::engine::error::EngineError;
 use crate::engine::mesh::{Mesh, Topology};
 
 /// Meshes of fewer vertices are solved as they are: the detour would take longer.
-pub(super) const LEAST_LARGE: usize = 20_000;
+pub(super) const LEAST_LARGE: usize = 8_000;
 
 /// Vertices of the coarsest mesh, and how many times fewer each level has than the one before.
 const COARSEST: usize = 2000;
@@ -32,7 +32,7 @@ const STEP: usize = 4;
 const LEVEL_TOLERANCE: f64 = 1e-3;
 
 /// Sweeps over all vertices of a level before its first step.
-const SWEEPS: usize = 2;
+const SWEEPS: usize = 4;
 
 /// A map without flips in the mesh's numbering (millimetres), near the least symmetric Dirichlet energy.
 ///

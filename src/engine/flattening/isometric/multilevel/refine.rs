@@ -135,7 +135,7 @@ impl Star {
                 if !wraps {
                     let (a, b) = (to, places[ring[other] as usize] - own);
                     let (sin, cos) = (a.cross(b).length(), a.dot(b));
-                    half_tangents += sin / (sin.hypot(cos) + cos).max(f64::MIN_POSITIVE);
+                    half_tangents += sin / ((sin * sin + cos * cos).sqrt() + cos).max(f64::MIN_POSITIVE);
                 }
             }
             let weight = half_tangents / to.length().max(f64::MIN_POSITIVE);
@@ -152,7 +152,7 @@ impl Star {
         let k = ring.iter().position(|&w| w == removal.into)?;
         let unit = |w: u32| {
             let d = [at(w)[0] - u[0], at(w)[1] - u[1]];
-            let length = d[0].hypot(d[1]);
+            let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
             (d.map(|x| x / length), length)
         };
         let (next, previous) = (ring[(k + 1) % count], ring[(k + count - 1) % count]);
