@@ -49,11 +49,15 @@ const BALANCED: Energy = Energy::Weighted { area: 1.0, shape: 1.0 };
 /// it is not, it needs one to seven.
 const ARAP_ROUNDS: usize = 10;
 
-/// Parts of the symmetric Dirichlet energy that keep triangles open where ARAP alone jams, one after the other. A smaller
-/// last one lowers the ARAP energy by some thousandths at most, and triangles come closer to collapsing.
-const ARAP_BARRIERS: [f64; 3] = [3e-2, 3e-3, 3e-4];
+/// What a step must promise, as part of the ARAP energy. Near its least this energy is flatter than the balanced one, and the
+/// last steps come nearer by less than they promise.
+const ARAP_TOLERANCE: f64 = 1e-10;
 
-/// What a step must promise there, as part of the energy: the barrier costs some thousandths of it anyhow.
+/// Parts of the symmetric Dirichlet energy that keep triangles open where ARAP alone jams, one after the other. A smaller
+/// last one lowers the ARAP energy by less than a thousandth, and triangles come closer to collapsing.
+const ARAP_BARRIERS: [f64; 3] = [1e-2, 1e-4, 1e-6];
+
+/// What a step must promise there, as part of the energy. Less, and it takes longer to gain a few hundred-thousandths.
 const JAMMED: f64 = 1e-3;
 
 /// The same for the balanced map from which it starts.
@@ -119,7 +123,7 @@ type Found = (Vec<[f64; 2]>, Run);
 /// ARAP from the start; where triangles collapse on the way, from the balanced map, with something that keeps them open.
 fn arap(solver: &mut Solver, start: Vec<[f64; 2]>) -> Result<Found, EngineError> {
     let mut flat = start.clone();
-    let run = solver.minimise(Energy::Arap { barrier: 0.0 }, &mut flat, ARAP_ROUNDS)?;
+    let run = solver.minimise_to(Energy::Arap { barrier: 0.0 }, &mut flat, ARAP_ROUNDS, ARAP_TOLERANCE)?;
     if run.converged {
         return Ok((flat, run));
     }

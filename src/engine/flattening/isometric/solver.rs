@@ -63,6 +63,9 @@ const LEAST_CLAMPED: f64 = 0.1;
 /// Where less than this part of a step can be taken, the share rises again: the exact Hessian looks too far.
 const SHORT: f64 = 0.6;
 
+/// Where less than this part of a step can be taken, ARAP, which does not keep triangles from collapsing, is jammed by one.
+const JAM: f64 = 0.1;
+
 /// Unknowns that may lack a positive pivot: moving and turning the whole costs no energy.
 const RIGID: usize = 3;
 
@@ -152,6 +155,9 @@ impl<'a> Solver<'a> {
         while run.rounds < max_rounds {
             self.observer.check()?;
             self.observer.progress(run.rounds as f64 / (run.rounds + 4) as f64);
+            if last_step < JAM && energy == (Energy::Arap { barrier: 0.0 }) {
+                return Ok(run);
+            }
             let gain = (before - run.energy) / before;
             before = run.energy;
             curvature = match curvature {
