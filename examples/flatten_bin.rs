@@ -86,9 +86,14 @@ fn read(bytes: &[u8]) -> Option<Mesh> {
     })
 }
 
-/// Time that this process (of one thread) has run, where the kernel tells in nanoseconds.
+/// CPU time of this process (of one thread), where the system tells it.
+#[cfg(unix)]
 fn cpu_seconds() -> Option<f64> {
-    let statistics = std::fs::read_to_string("/proc/self/schedstat").ok()?;
-    let nanoseconds: f64 = statistics.split_whitespace().next()?.parse().ok()?;
-    Some(1e-9 * nanoseconds)
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+}
+
+#[cfg(not(unix))]
+fn cpu_seconds() -> Option<f64> {
+    None
 }
