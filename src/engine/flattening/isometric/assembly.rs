@@ -65,6 +65,17 @@ impl Assembly {
         for (block, mass) in matrix.diagonal.iter_mut().zip(&shape.masses) {
             *block = [[STAY * mass, 0.0], [0.0, STAY * mass]];
         }
+        self.add_quadratic(shape, form, matrix, gradient);
+    }
+
+    /// Adds such a sum to what is there.
+    pub(super) fn add_quadratic(
+        &self,
+        shape: &Shape,
+        form: impl Fn(&Cell) -> Derivatives,
+        matrix: &mut Matrix<2>,
+        gradient: &mut [[f64; 2]],
+    ) {
         for (cell, slots) in shape.cells.iter().zip(&self.slots) {
             let derivatives = form(cell);
             add_gradient(cell, &derivatives.gradient, gradient);
@@ -126,6 +137,11 @@ fn add_hessian(cell: &Cell, slots: &[u32; 3], hessian: &[[f64; 4]; 4], matrix: &
 /// The gradient of the mean energy alone.
 pub(super) fn gradient_of(shape: &Shape, energy: Energy, flat: &[[f64; 2]], gradient: &mut [[f64; 2]]) {
     gradient.fill([0.0; 2]);
+    add_gradient_of(shape, energy, flat, gradient);
+}
+
+/// Adds the gradient of the mean energy to what is there.
+pub(super) fn add_gradient_of(shape: &Shape, energy: Energy, flat: &[[f64; 2]], gradient: &mut [[f64; 2]]) {
     for cell in &shape.cells {
         add_gradient(cell, &energy.gradient(&cell.jet(flat)), gradient);
     }

@@ -17,6 +17,7 @@ mod assembly;
 mod cholesky;
 mod convex;
 mod energy;
+mod injective;
 mod memory;
 mod multilevel;
 mod options;
@@ -29,6 +30,7 @@ mod tests;
 
 use glam::DVec2;
 
+pub use injective::{Injective, flatten_injectively};
 pub use options::{IsometricOptions, Objective};
 pub use solver::Run;
 

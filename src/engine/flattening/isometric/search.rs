@@ -48,7 +48,7 @@ pub(super) fn search(
 
 /// The least step at which a triangle collapses: the determinant along the way is a quadratic in the step
 /// (Smith and Schaefer 2015).
-fn first_flip(shape: &Shape, from: &[[f64; 2]], direction: &[[f64; 2]]) -> f64 {
+pub(super) fn first_flip(shape: &Shape, from: &[[f64; 2]], direction: &[[f64; 2]]) -> f64 {
     let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
     let minus = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
     let mut first = f64::INFINITY;
