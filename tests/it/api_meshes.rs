@@ -229,3 +229,46 @@ async fn bad_files_and_wrong_types_are_told_apart() {
         assert!(answer.json()["errors"][0]["detail"].as_str().unwrap().contains("cut off"), "{}", answer.text());
     }
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_ramp_that_lies_on_itself_is_laid_as_a_spiral_on_request() {
+    let live = live().await;
+    // A ramp of one turn and a half around its axis, 80 to 100 mm from it.
+    let (along, across) = (60_u32, 3_u32);
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for i in 0..=along {
+        let part = i as f32 / along as f32;
+        let (sin, cos) = (3.0 * std::f32::consts::PI * part).sin_cos();
+        points.extend((0..=across).map(|k| {
+            let r = 0.1 - 0.02 * k as f32 / across as f32;
+            [r * cos, r * sin, 0.1 * part]
+        }));
+    }
+    for i in 0..along {
+        for k in 0..across {
+            let a = i * (across + 1) + k;
+            triangles.extend([[a, a + across + 1, a + 1], [a + 1, a + across + 1, a + across + 2]]);
+        }
+    }
+    let file = glb(&points, &triangles);
+    let answer = live
+        .send(Method::POST, "/v1/surfaces", |r| r.header("Content-Type", "model/gltf-binary").body(file.clone()))
+        .await;
+    let surface = answer.expect(201).json()["id"].as_str().unwrap().to_owned();
+    let mut reports = Vec::new();
+    for injective in [false, true] {
+        let flattening = json!({ "injective": injective });
+        let job = live.job(&json!({ "kind": "flatten", "surface": surface, "flattening": flattening })).await;
+        let document = live.ended(&job).await;
+        assert_eq!(document["parameters"]["flattening"]["injective"], injective);
+        reports.push(live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json());
+    }
+    let [free, found] = [&reports[0], &reports[1]].map(|report| &report["flattening"]);
+    assert_eq!((&free["overlaps"], &free["injective"]), (&json!(1), &Value::Null));
+    assert_eq!((&found["overlaps"], &found["flips"]), (&json!(0), &json!(0)));
+    assert_eq!(found["injective"]["continued"], true);
+    assert_eq!(found["injective"]["energy_after"], found["solver"]["energy"]);
+    assert!(found["injective"]["energy_after"].as_f64().unwrap() < 0.1, "{found}");
+    assert!(reports[0]["warnings"][0].as_str().unwrap().contains("`flattening.injective: true`"));
+    assert_eq!(reports[1]["warnings"], json!([]));
+}

@@ -75,6 +75,9 @@ async fn what_belongs_to_one_method_is_refused_by_the_other() {
         (json!({ "method": "cader", "weights": { "area": 2 } }), vec!["/flattening/weights"]),
         (json!({ "objective": "area", "weights": { "area": 2 } }), vec!["/flattening/weights"]),
         (json!({ "weights": { "area": -1 } }), vec!["/flattening/weights"]),
+        (json!({ "method": "cader", "injective": true }), vec!["/flattening/injective"]),
+        (json!({ "seed": "centre", "injective": false }), vec!["/flattening/injective"]),
+        (json!({ "injective": 1 }), vec!["/flattening/injective"]),
         (json!({ "objective": "minimal" }), vec!["/flattening/objective"]),
     ] {
         let job = json!({ "kind": "flatten", "surface": surface, "flattening": flattening });

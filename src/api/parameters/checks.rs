@@ -105,6 +105,11 @@ fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
                           or readings are) has no choice";
             foreign(asked.objective.is_some(), "objective", detail);
             foreign(asked.weights.is_some(), "weights", detail);
+            foreign(
+                asked.injective.is_some(),
+                "injective",
+                "only the method `isometric` goes on to a map that does not lie on itself",
+            );
         }
     }
     foreign(
@@ -172,6 +177,10 @@ pub fn check_kind(kind: JobKind, options: &JobOptions) -> Vec<Fault> {
     }
     if options.flattening.method == Some(FlatteningMethod::Isometric) {
         faults.push(fault("/flattening/method", "seeds are those of the method `cader`"));
+    }
+    if options.flattening.injective.is_some() {
+        let detail = "seeds are those of the method `cader`, which may lie on itself: flatten with `isometric` instead";
+        faults.push(fault("/flattening/injective", detail));
     }
     faults
 }

@@ -24,6 +24,10 @@ const VISITS_PER_TRIANGLE: u64 = 20;
 /// sends parts of some thousand triangles to the larger lane, too little lets those of some ten thousand into the light one.
 const SOLVER_VISITS_PER_TRIANGLE: u64 = 500;
 
+/// What a map that lies on itself costs a triangle until it does not: 0.6 to 1 ms on strips of some thousand. Most parts for
+/// which it is asked do not need it, but none is known before.
+const INJECTIVE_VISITS_PER_TRIANGLE: u64 = 50_000;
+
 /// Size of a surface's part, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PartSize {
@@ -89,7 +93,10 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
         (JobKind::Triangulate | JobKind::Flatten, ..) => false,
     };
     let solved = kind == JobKind::Flatten && method == FlatteningMethod::Isometric;
-    let each = VISITS_PER_TRIANGLE + if solved { SOLVER_VISITS_PER_TRIANGLE } else { 0 };
+    let injective = solved && options.flattening.injective();
+    let each = VISITS_PER_TRIANGLE
+        + if solved { SOLVER_VISITS_PER_TRIANGLE } else { 0 }
+        + if injective { INJECTIVE_VISITS_PER_TRIANGLE } else { 0 };
     let once = each.saturating_mul(triangles);
     if !searched {
         return once;
@@ -117,6 +124,7 @@ fn by_tolerance(density: Density, size: PartSize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::flattening::FlatteningOptions;
     use crate::engine::pipeline::ISOMETRIC_TRIANGLES;
 
     #[test]
@@ -142,7 +150,12 @@ mod tests {
         let isometric =
             cost(JobKind::Flatten, &options, PartSize { default_triangles: Some(3000), ..PartSize::default() });
         assert_eq!(isometric, 520 * 3000, "no seed is searched");
-        options.flattening.method = Some(FlatteningMethod::Cader);
+        options.flattening.injective = Some(true);
+        let size = PartSize { default_triangles: Some(3000), ..PartSize::default() };
+        assert_eq!(cost(JobKind::Flatten, &options, size), 50_520 * 3000, "the map may have to go on");
+        assert_eq!(cost(JobKind::Triangulate, &options, size), 20 * 3000);
+        options.flattening =
+            FlatteningOptions { method: Some(FlatteningMethod::Cader), ..FlatteningOptions::default() };
         let of = |kind, foretold| cost(kind, &options, PartSize { default_triangles: foretold, ..PartSize::default() });
         assert_eq!(of(JobKind::Flatten, Some(300)), 20 * 300 + 300 * 300);
         // The density is brought into a range for flattening, and only for that.

@@ -18,8 +18,8 @@ pub use measure::measure;
 pub use overlap::{BorderPlace, Overlap, Overlaps, overlaps};
 pub use report::{
     AspectRatio, BoundaryReport, DevelopableReport, DistortionMeasures, DistortionReport, FlatteningReport,
-    OverlapReport, OverlapSide, PatternReport, PlacementReport, Report, SeedSearchReport, SolverReport, StrainPlace,
-    StrainReport, TriangulationReport,
+    InjectiveReport, OverlapReport, OverlapSide, PatternReport, PlacementReport, Report, SeedSearchReport,
+    SolverReport, StrainPlace, StrainReport, TriangulationReport,
 };
 pub use strain::{TriangleStrain, strains};
 pub use verdict::verdict;

@@ -92,6 +92,9 @@ pub struct FlatteningReport {
     /// How the least was found; of a part that lies flat without strain nothing had to be looked for.
     #[serde(default)]
     pub solver: Option<SolverReport>,
+    /// What became of the wish that the pattern does not lie on itself, where there was one.
+    #[serde(default)]
+    pub injective: Option<InjectiveReport>,
     /// The part, or every piece of it, lies flat without strain, and was laid so.
     #[serde(default)]
     pub developable: Option<DevelopableReport>,
@@ -122,6 +125,21 @@ pub struct SolverReport {
     /// Area-weighted mean of the objective's energy (which energy depends on the objective); 0 for an isometry.
     pub energy: f64,
     /// Whether it is the least within the solver's tolerance. Else the map is valid, but a better one may exist.
+    pub converged: bool,
+}
+
+/// What it took that a pattern does not lie on itself: all pieces together.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct InjectiveReport {
+    /// Whether the map of least distortion overlapped, so that another one had to be found.
+    pub continued: bool,
+    /// Times that a system was factorised for it.
+    pub rounds: u64,
+    /// Area-weighted mean of the objective's energy of the map of least distortion.
+    pub energy_before: f64,
+    /// The same of the map without overlaps.
+    pub energy_after: f64,
+    /// Whether that energy fell no further. Else the map is valid, but a better one may exist.
     pub converged: bool,
 }
 

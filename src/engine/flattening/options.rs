@@ -179,6 +179,9 @@ pub struct FlatteningOptions {
     /// In place of an objective: the weights of area and shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<Weights>,
+    /// Whether `isometric` goes on, where its map lies on itself, to one that does not. Absent: no.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub injective: Option<bool>,
     /// The seed of `cader`. Absent: `optimum` up to 8000 triangles, else `centre`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<SeedChoice>,
@@ -205,6 +208,12 @@ impl FlatteningOptions {
             Some(Weights { area, shape }) => Objective::Weights { area, shape },
             None => self.objective.unwrap_or_default(),
         }
+    }
+
+    /// Whether the pattern must not lie on itself, the default filled in.
+    #[must_use]
+    pub fn injective(&self) -> bool {
+        self.injective.unwrap_or(false)
     }
 
     /// The readings of `cader`, the default filled in.

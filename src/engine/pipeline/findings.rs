@@ -82,8 +82,15 @@ impl Lying<'_> {
     pub(super) fn warning(report: &FlatteningReport) -> Option<String> {
         let count = report.overlaps.filter(|&n| n > 0)?;
         let area: f64 = report.overlap_places.iter().map(|o| o.area_mm2).sum();
+        let try_next = if report.injective.is_some() {
+            "divide the part"
+        } else if report.solver.is_some() || report.developable.is_some() {
+            "`flattening.injective: true` lays it so that it can, or divide the part"
+        } else {
+            "`flattening.method: isometric` with `flattening.injective: true` lays it so that it can, or divide the part"
+        };
         Some(format!(
-            "the pattern lies on itself in {count} {} ({area:.3} mm^2): it cannot be cut from one sheet as it is",
+            "the pattern lies on itself in {count} {} ({area:.3} mm^2): it cannot be cut from one sheet as it is; {try_next}",
             if count == 1 { "place" } else { "places" }
         ))
     }
@@ -146,6 +153,57 @@ mod tests {
             }
             let [low, high] = [[0.0; 2], outcome.report.pattern.as_ref().unwrap().bounding_box_mm];
             assert!((0..2).all(|k| place.xy_mm[k] >= low[k] - 1e-9 && place.xy_mm[k] <= high[k] + 1e-9));
+        }
+    }
+
+    #[test]
+    fn a_pattern_that_lies_on_itself_is_laid_anew_on_request() {
+        let surface = SurfaceMesh { mesh: ruffle(DVec3::new(1e3, -2e3, 5e2)), side: Side::Normal };
+        let mut options = JobOptions::default();
+        let free = flat(&surface, &options);
+        assert!(free.report.warnings.iter().any(|w| w.contains("`flattening.injective: true`")));
+        assert_eq!(free.report.flattening.unwrap().injective, None);
+        options.flattening.injective = Some(true);
+        let outcome = flat(&surface, &options);
+        let report = outcome.report.flattening.unwrap();
+        assert_eq!((report.overlaps, report.flips, report.flattened), (Some(0), 0, 192));
+        // The ring lies flat without strain, but not without lying on itself.
+        assert_eq!(report.developable, None);
+        let (injective, solver) = (report.injective.unwrap(), report.solver.unwrap());
+        assert!(injective.continued && injective.rounds > 0 && injective.energy_before < 1e-12);
+        assert!(injective.energy_after > 1e-3 && injective.energy_after < 0.1, "{injective:?}");
+        assert_eq!((solver.energy, solver.rounds), (injective.energy_after, injective.rounds));
+        assert_eq!(outcome.report.warnings, Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_pattern_that_does_not_lie_on_itself_stays_the_same_to_the_last_bit() {
+        use crate::engine::distortion::InjectiveReport;
+        let dome = TrimmedSurface { surface: sphere(50.0), loops: Vec::new(), side: Side::Normal };
+        let tube = TrimmedSurface { surface: cylinder(10.0, 30.0), loops: Vec::new(), side: Side::Normal };
+        let sheet = grid(9, 7, Diagonal::Diamond, |u, v| DVec3::new(10.0 * u, 10.0 * v, 3.0 * u * v));
+        let sheet = SurfaceMesh { mesh: sheet, side: Side::Normal };
+        let (mut plain, mut asked) = (JobOptions::default(), JobOptions::default());
+        plain.triangulation.grid = Some([12, 12]);
+        plain.flattening.domain = Some(crate::engine::flattening::FlatteningDomain::Base);
+        asked.clone_from(&plain);
+        asked.flattening.injective = Some(true);
+        let both = |input: crate::engine::pipeline::Input| {
+            [&plain, &asked].map(|options| run(JobKind::Flatten, input, options, &Unobserved).unwrap())
+        };
+        for [without, with] in [both((&dome).into()), both((&tube).into()), both((&sheet).into())] {
+            assert_eq!((&without.flat, &without.pattern), (&with.flat, &with.pattern));
+            let mut report = with.report.clone();
+            let found = report.flattening.as_mut().unwrap().injective.take().unwrap();
+            assert_eq!(without.report, report);
+            let energy = report.flattening.unwrap().solver.map_or(0.0, |solver| solver.energy);
+            let expected = InjectiveReport {
+                energy_before: energy,
+                energy_after: energy,
+                converged: true,
+                ..InjectiveReport::default()
+            };
+            assert_eq!(found, expected);
         }
     }
 

@@ -6,11 +6,11 @@ use glam::{DVec2, DVec3};
 use super::centred::Centred;
 use super::meshed::Meshed;
 use crate::engine::budget::{Observer, Stage};
-use crate::engine::distortion::{DevelopableReport, SeedSearchReport, SolverReport};
+use crate::engine::distortion::{self, DevelopableReport, InjectiveReport, SeedSearchReport, SolverReport};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::cader::{self, Stop};
 use crate::engine::flattening::developable::{self, UNFOLDED_STRAIN};
-use crate::engine::flattening::isometric::{self, IsometricOptions};
+use crate::engine::flattening::isometric::{self, Injective, IsometricOptions};
 use crate::engine::flattening::{FlatteningError, FlatteningMethod, LevelCounts, SeedChoice};
 use crate::engine::job::JobOptions;
 use crate::engine::mesh::{Mesh, MeshFault, Piece, Topology, check_sheet, measures, pieces, sheet as sheet_of};
@@ -36,6 +36,8 @@ pub(super) struct Laid {
     pub flattened: u64,
     /// How the map of least energy was found, with the area that its mean is over, in all pieces that needed one.
     pub solver: Option<(SolverReport, f64)>,
+    /// What it took that no piece lies on itself, where that was asked for, with the area that its means are over.
+    pub injective: Option<(InjectiveReport, f64)>,
     /// The kind and the strain of what lies flat without strain.
     pub developable: Option<DevelopableReport>,
     /// The search, when there was one; of the first piece when there are several.
@@ -57,6 +59,7 @@ impl Laid {
             averaged: 0,
             flattened: 0,
             solver: None,
+            injective: None,
             developable: None,
             search: None,
             landscape: None,
@@ -249,22 +252,81 @@ impl PieceJob<'_> {
         if self.is_surface
             && let Some(unfolded) = developable::unfold(mesh, self.topology, UNFOLDED_STRAIN, observer)?
         {
-            let strain = laid.developable.as_ref().map_or(unfolded.strain, |all| all.strain.max(unfolded.strain));
-            laid.developable = Some(DevelopableReport { kind: "mesh".to_owned(), strain });
-            laid.flattened += mesh.triangles.len() as u64;
-            return Ok(unfolded.flat);
+            let free = Free { flat: unfolded.flat, energy: 0.0 };
+            return match self.without_overlaps(free, observer, laid)? {
+                Continued::Not(flat) => {
+                    let strain =
+                        laid.developable.as_ref().map_or(unfolded.strain, |all| all.strain.max(unfolded.strain));
+                    laid.developable = Some(DevelopableReport { kind: "mesh".to_owned(), strain });
+                    laid.flattened += mesh.triangles.len() as u64;
+                    Ok(flat)
+                }
+                Continued::Yes(found) => {
+                    Ok(self.solved(found.flat, (found.rounds, found.energy_after), found.converged, laid))
+                }
+            };
         }
         let asked = IsometricOptions { objective: self.options.flattening.objective() };
         let found = isometric::flatten(mesh, self.topology, &asked, observer)?;
+        let (rounds, energy, converged) = (found.run.rounds, found.run.energy, found.run.converged);
+        match self.without_overlaps(Free { flat: found.flat, energy }, observer, laid)? {
+            Continued::Not(flat) => Ok(self.solved(flat, (rounds, energy), converged, laid)),
+            Continued::Yes(found) => {
+                let rounds = rounds + found.rounds;
+                Ok(self.solved(found.flat, (rounds, found.energy_after), found.converged, laid))
+            }
+        }
+    }
+
+    /// Notes how a map was found, and gives it back.
+    fn solved(&self, flat: Vec<DVec2>, (rounds, energy): (usize, f64), converged: bool, laid: &mut Laid) -> Vec<DVec2> {
+        let mesh = &self.piece.mesh;
         laid.flattened += mesh.triangles.len() as u64;
         let area = measures::total_area(mesh);
         let (all, before) =
             laid.solver.get_or_insert((SolverReport { converged: true, ..SolverReport::default() }, 0.0));
-        all.rounds += found.run.rounds as u64;
-        all.converged &= found.run.converged;
-        all.energy = (all.energy * *before + found.run.energy * area) / (*before + area);
+        all.rounds += rounds as u64;
+        all.converged &= converged;
+        all.energy = (all.energy * *before + energy * area) / (*before + area);
         *before += area;
-        Ok(found.flat)
+        flat
+    }
+
+    /// The map as it is, or, where that is asked for and it lies on itself, one that does not.
+    fn without_overlaps(&self, free: Free, observer: &dyn Observer, laid: &mut Laid) -> Result<Continued, EngineError> {
+        if !self.options.flattening.injective() {
+            return Ok(Continued::Not(free.flat));
+        }
+        let mesh = &self.piece.mesh;
+        let part: Option<Vec<bool>> =
+            self.part.map(|part| self.piece.triangle_of.iter().map(|&t| part.get(t as usize) == Some(&true)).collect());
+        let asked = IsometricOptions { objective: self.options.flattening.objective() };
+        let found = if lies_on_itself((mesh, self.topology), part.as_deref(), &free.flat, observer)? {
+            let found = isometric::flatten_injectively(mesh, self.topology, &asked, &free.flat, observer)?;
+            if found.is_none() {
+                laid.warnings.push("no map was found that does not lie on itself: the part is too curved".to_owned());
+            }
+            found
+        } else {
+            None
+        };
+        let area = measures::total_area(mesh);
+        let (all, before) =
+            laid.injective.get_or_insert((InjectiveReport { converged: true, ..InjectiveReport::default() }, 0.0));
+        let mean = |all: f64, own: f64| (all * *before + own * area) / (*before + area);
+        let own = found.as_ref().map_or([free.energy; 2], |found| [found.energy_before, found.energy_after]);
+        all.energy_before = mean(all.energy_before, own[0]);
+        all.energy_after = mean(all.energy_after, own[1]);
+        *before += area;
+        Ok(match found {
+            Some(found) => {
+                all.continued = true;
+                all.rounds += found.rounds as u64;
+                all.converged &= found.converged;
+                Continued::Yes(Box::new(found))
+            }
+            None => Continued::Not(free.flat),
+        })
     }
 
     /// Cader's flattening from the seed that was chosen.
@@ -357,6 +419,37 @@ fn furthest(error: &FlatteningError) -> u32 {
         }
         _ => 0,
     }
+}
+
+/// A map that may lie on itself.
+struct Free {
+    flat: Vec<DVec2>,
+    energy: f64,
+}
+
+/// What became of it.
+enum Continued {
+    Not(Vec<DVec2>),
+    Yes(Box<Injective>),
+}
+
+/// Whether the part of a flat mesh (all of it where none is named) lies on itself anywhere.
+///
+/// # Errors
+/// [`EngineError::Cancelled`] when the observer asks for it.
+pub(super) fn lies_on_itself(
+    (mesh, topology): (&Mesh, &Topology),
+    part: Option<&[bool]>,
+    flat: &[DVec2],
+    observer: &dyn Observer,
+) -> Result<bool, EngineError> {
+    let own = part.and_then(|part| {
+        let triangles: Vec<[u32; 3]> =
+            mesh.triangles.iter().zip(part).filter(|(_, belongs)| **belongs).map(|(t, _)| *t).collect();
+        Topology::of_triangles(&triangles, mesh.positions.len()).ok()
+    });
+    let found = distortion::overlaps(flat, own.as_ref().unwrap_or(topology), observer)?;
+    Ok(!(found.complete && found.regions.is_empty()))
 }
 
 /// The mesh as its own only piece.

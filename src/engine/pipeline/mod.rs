@@ -18,7 +18,7 @@ mod unrolled;
 use glam::{DVec2, DVec3};
 
 use super::budget::{Observer, Stage};
-use super::distortion::{self, DistortionReport, Report};
+use super::distortion::{self, DistortionReport, InjectiveReport, Report};
 use super::error::EngineError;
 use super::flattening::{FlatteningMethod, SeedChoice};
 use super::job::{JobKind, JobOptions};
@@ -194,6 +194,21 @@ fn flatten(
     };
     let exact =
         if unrolled::takes_exact(options.flattening.method()) { unrolled::unrolled(meshed, observer)? } else { None };
+    // What is exact but lies on itself gives way to a map that does not, where that is asked for.
+    let exact = match exact {
+        Some((_, laid))
+            if options.flattening.injective()
+                && flattened::lies_on_itself((sheet.mesh, sheet.topology), part, &laid.flat, observer)? =>
+        {
+            None
+        }
+        Some((exact, mut laid)) => {
+            let without = InjectiveReport { converged: true, ..InjectiveReport::default() };
+            laid.injective = options.flattening.injective().then_some((without, 0.0));
+            Some((exact, laid))
+        }
+        None => None,
+    };
     let (exact, laid) = match exact {
         Some((exact, laid)) => (Some(exact), Ok(laid)),
         None => (None, flattened::flatten(&sheet, options, observer)),

@@ -73,6 +73,7 @@ pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> Flat
         domain: options.domain().name().to_owned(),
         objective: (method == FlatteningMethod::Isometric).then(|| options.flattening.objective().name().to_owned()),
         solver: laid.solver.map(|(solver, _)| solver),
+        injective: laid.injective.map(|(injective, _)| injective),
         // Where something had to be looked for, not all of the part is without strain.
         developable: laid.developable.clone().filter(|_| laid.solver.is_none()),
         seed: laid.seed,

@@ -76,9 +76,10 @@ pub(super) fn scaffold(flat: &[[f64; 2]], borders: &[Vec<u32>], spacing: f64) ->
     let count = flat.len() as u32;
     let nodes: Vec<u32> = borders.iter().flatten().copied().collect();
     let at = |v: u32| DVec2::from_array(flat[v as usize]);
-    let (low, high) = nodes.iter().map(|&v| at(v)).fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
-        (low.min(p), high.max(p))
-    });
+    let (low, high) = nodes
+        .iter()
+        .map(|&v| at(v))
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
     let centre = 0.5 * (low + high);
     let radius = FRAME * nodes.iter().map(|&v| centre.distance(at(v))).fold(0.0, f64::max);
     if !(radius.is_finite() && radius > 0.0) {

@@ -116,9 +116,7 @@ impl Polar {
                 }
             }
         }
-        let fits = |[a, b]: [u32; 2]| {
-            (angle[b as usize] - angle[a as usize] - turn(free, [a, b], centre)).abs() < SAME
-        };
+        let fits = |[a, b]: [u32; 2]| (angle[b as usize] - angle[a as usize] - turn(free, [a, b], centre)).abs() < SAME;
         let distance = free.iter().map(|p| p.distance(centre)).collect();
         edges().all(fits).then_some(Self { distance, angle })
     }

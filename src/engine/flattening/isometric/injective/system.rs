@@ -97,9 +97,8 @@ impl<'a> System<'a> {
         let count = flat.len();
         let all: Vec<[f64; 2]> = flat.iter().chain(&scaffold.places).copied().collect();
         let places: Vec<DVec3> = all.iter().map(|&[x, y]| DVec3::new(x, y, 0.0)).collect();
-        let edges = (0..topology.edge_count() as u32)
-            .map(|e| topology.edge_vertices(e))
-            .chain(scaffold.edges.iter().copied());
+        let edges =
+            (0..topology.edge_count() as u32).map(|e| topology.edge_vertices(e)).chain(scaffold.edges.iter().copied());
         let graph = Graph::of_edges(all.len(), edges);
         let symbolic = Symbolic::<2>::new(&places, &graph, observer)?;
         let part = Shape::new(mesh, &symbolic.rank)?;
@@ -204,7 +203,11 @@ impl<'a> System<'a> {
     }
 
     fn value(&self, energy: Energy, flat: &[[f64; 2]]) -> f64 {
-        self.terms.iter().zip([energy, AROUND[0], AROUND[1]]).map(|((shape, _), energy)| shape.energy(energy, flat)).sum()
+        self.terms
+            .iter()
+            .zip([energy, AROUND[0], AROUND[1]])
+            .map(|((shape, _), energy)| shape.energy(energy, flat))
+            .sum()
     }
 
     fn hold(&self, gradient: &mut [[f64; 2]]) {
