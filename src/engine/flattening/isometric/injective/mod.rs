@@ -130,7 +130,7 @@ pub fn flatten_injectively(
     if goal != BALANCED {
         way.lower(goal, FINE)?;
     }
-    let before: Vec<[f64; 2]> = way.free.iter().map(|p| p.to_array()).collect();
+    let before: Vec<[f64; 2]> = way.free.iter().map(DVec2::to_array).collect();
     Ok(Some(Injective {
         flat: way.shape.enlarged(&way.flat, &same, topology),
         rounds: way.rounds,

@@ -121,7 +121,7 @@ pub(super) fn scaffold(flat: &[[f64; 2]], borders: &[Vec<u32>], spacing: f64) ->
     let outside = self::outside(&whole);
     let number = |k: usize| if k < own { nodes[k] } else { count + (k - own) as u32 };
     let mut scaffold = Scaffold {
-        places: points[own..].iter().map(|p| p.to_array()).collect(),
+        places: points[own..].iter().map(DVec2::to_array).collect(),
         frame: between.len(),
         ..Scaffold::default()
     };
