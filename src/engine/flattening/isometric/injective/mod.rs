@@ -26,7 +26,7 @@ use super::convex::convex;
 use super::energy::Energy;
 use super::shape::Shape;
 use super::start::scale;
-use super::{ARAP_BARRIERS, BALANCED, BARRIER, IsometricOptions, NO_STRAIN, Objective, SOFT};
+use super::{BALANCED, BARRIER, IsometricOptions, NO_STRAIN, Objective, SOFT};
 use crate::engine::budget::Observer;
 use crate::engine::error::EngineError;
 use crate::engine::mesh::{Mesh, Topology};
@@ -59,6 +59,10 @@ const NEAR: Stage = Stage { weight: 1e-2, tolerance: 1e-3, scaffolds: 200 };
 const FINE: Stage = Stage { weight: 1e-3, tolerance: 1e-4, scaffolds: 100 };
 
 const IDLE: usize = 3;
+
+/// Part of the symmetric Dirichlet energy that keeps triangles open for ARAP: pressed borders collapse them sooner than
+/// curvature does.
+const ARAP_BARRIER: f64 = 1e-4;
 
 /// A map without overlaps.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -124,7 +128,7 @@ pub fn flatten_injectively(
         (_, Some([area, shape])) if strain >= NO_STRAIN => {
             Energy::Robust { area, shape, soft: SOFT * strain, barrier: BARRIER }
         }
-        (Objective::Arap, None) => Energy::Arap { barrier: ARAP_BARRIERS[ARAP_BARRIERS.len() - 1] },
+        (Objective::Arap, None) => Energy::Arap { barrier: ARAP_BARRIER },
         _ => BALANCED,
     };
     if goal != BALANCED {
