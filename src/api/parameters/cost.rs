@@ -24,7 +24,7 @@ const VISITS_PER_TRIANGLE: u64 = 20;
 /// sends parts of some thousand triangles to the larger lane, too little lets those of some ten thousand into the light one.
 const SOLVER_VISITS_PER_TRIANGLE: u64 = 500;
 
-/// What a map that lies on itself costs a triangle until it does not: 0.6 to 1 ms on strips of some thousand. Most parts for
+/// What a map that lies on itself costs a triangle until it does not: 0.3 to 0.8 ms on meshes of 4600 to 59 000. Most parts for
 /// which it is asked do not need it, but none is known before.
 const INJECTIVE_VISITS_PER_TRIANGLE: u64 = 50_000;
 

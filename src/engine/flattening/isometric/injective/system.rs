@@ -25,7 +25,7 @@ use crate::engine::flattening::isometric::solver::PROJECTED;
 use crate::engine::mesh::{Mesh, Topology, measures};
 
 /// Height at rest of scaffold triangles between stretches of the border, in roots of the part's area. The pattern ends with
-/// gaps of about a twentieth of it. Larger costs distortion, smaller costs rounds.
+/// gaps of a small part of it. Larger costs distortion, smaller costs rounds.
 const GAP: f64 = 2e-2;
 
 /// The scaffold between stretches of the border: sliding is free.
