@@ -88,6 +88,7 @@ fn main() {
                 flat: &flat,
                 part: &part,
                 placement: &Placement::default(),
+                holds: &[],
                 curve_tolerance_mm: Some(0.04),
             };
             let drawn = draw(&input, &Unobserved).expect("a pattern");

@@ -22,7 +22,7 @@ fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [input, output, repetitions] = arguments.as_slice() else { bail!("use: flatten_bin in.bin out.bin REPS") };
     let mesh = read(&std::fs::read(input)?).context("in.bin is cut short")?;
-    let options = IsometricOptions { objective: objective()? };
+    let options = IsometricOptions { objective: objective()?, ..IsometricOptions::default() };
     let (mut times, mut cpu) = (Vec::new(), Vec::new());
     let mut found = None;
     for _ in 0..repetitions.parse::<usize>()?.max(1) {

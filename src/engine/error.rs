@@ -176,6 +176,22 @@ mod tests {
     }
 
     #[test]
+    fn a_job_whose_pins_fail_can_be_sent_again_without_them() {
+        let place = Box::new(Place::default());
+        let job = json!({ "flattening": { "pins": [{ "at": { "uv": [0.5, 0.5] }, "to_mm": [0, 0] }] } });
+        for error in [
+            FlatteningError::PinsNotMet { pin: 0, residual_mm: 1.0, place: place.clone() },
+            FlatteningError::PinOffSurface { pin: 0, away_mm: None, place: place.clone() },
+            FlatteningError::PinsContradict { pins: [0, 1], place },
+        ] {
+            let set = error.remedies().into_iter().map(|r| r.set).find(|set| !set.is_empty()).expect("a setting");
+            let freed = set.iter().fold(job.clone(), |job, (name, value)| assigned(job, name, value));
+            let read: JobOptions = serde_json::from_value(freed).expect("a job");
+            assert!(read.flattening.pins().is_empty(), "{error}");
+        }
+    }
+
+    #[test]
     fn the_settings_of_every_remedy_make_a_job_that_can_be_read_and_has_one_density() {
         let place = Box::new(Place::default());
         let flipped = FlatteningError::Flipped { triangle: 7, level: 2, seed: 0, flattened: 6, total: 9, place };

@@ -89,3 +89,82 @@ async fn what_belongs_to_one_method_is_refused_by_the_other() {
     let job = json!({ "kind": "flatten", "surface": surface, "flattening": { "method": "isometric", "seed": null } });
     live.post("/v1/jobs", &job).await.expect(202);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn pins_lie_where_they_are_to_in_the_report_and_in_the_drawing_and_kept_lengths_are_kept() {
+    let live = live().await;
+    let surface = stored(&live, "sphere-cap").await;
+    let (_, free) = flattened(&live, &surface, json!({})).await;
+    assert_eq!(free["flattening"]["pins"], json!([]));
+    let change = |report: &Value| {
+        let boundary = &report["distortion"]["boundary"][0];
+        (boundary["length_2d_mm"].as_f64().unwrap() / boundary["length_3d_mm"].as_f64().unwrap() - 1.0).abs()
+    };
+    let (document, kept) = flattened(&live, &surface, json!({ "keep": [{ "curve": { "border": 0 } }] })).await;
+    let shown = json!([{ "curve": { "border": 0 }, "length": "soft", "weight": 10.0 }]);
+    assert_eq!(document["parameters"]["flattening"]["keep"], shown);
+    assert!(change(&kept) < 0.5 * change(&free), "{} {}", change(&kept), change(&free));
+
+    // Two points of the outline as it lies freely, a hundredth farther apart.
+    let job = live.job(&json!({ "kind": "flatten", "surface": surface })).await;
+    live.ended(&job).await;
+    let mesh = live.get(&format!("/v1/jobs/{job}/mesh.json")).await.expect(200).json();
+    let (flat, positions) = (mesh["flat"].as_array().unwrap(), mesh["positions"].as_array().unwrap());
+    let x = |k: &usize| flat[*k][0].as_f64().unwrap();
+    let left = (0..flat.len()).min_by(|a, b| x(a).total_cmp(&x(b))).unwrap();
+    let right = (0..flat.len()).max_by(|a, b| x(a).total_cmp(&x(b))).unwrap();
+    let to = |k: usize| [1.01 * x(&k) - 1000.0, 1.01 * flat[k][1].as_f64().unwrap() + 500.0];
+    let pins = json!([
+        { "at": { "xyz": positions[left] }, "to_mm": to(left) },
+        { "at": { "xyz": positions[right] }, "to_mm": to(right) },
+    ]);
+    let asked = json!({ "kind": "flatten", "surface": surface, "flattening": { "pins": pins } });
+    let job = live.job(&asked).await;
+    let document = live.ended(&job).await;
+    assert_eq!(document["parameters"]["flattening"]["pins"], pins);
+    let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+    let found = report["flattening"]["pins"].as_array().unwrap();
+    assert_eq!((found.len(), &found[1]["at"], &found[1]["to_mm"]), (2, &pins[1]["at"], &pins[1]["to_mm"]));
+    assert!(found.iter().all(|pin| pin["residual_mm"].as_f64().unwrap() < 1e-6), "{found:?}");
+    let pattern = live.get(&format!("/v1/jobs/{job}/pattern.json")).await.expect(200).json();
+    let outline = pattern["pieces"][0]["outline"].as_array().unwrap();
+    for k in [left, right] {
+        let near = outline.iter().map(|p| {
+            let [x, y] = [0, 1].map(|i| p[i].as_f64().unwrap() - to(k)[i]);
+            x.hypot(y)
+        });
+        let nearest = near.fold(f64::INFINITY, f64::min);
+        assert!(nearest < 2.0, "{k}: {nearest}");
+    }
+    live.get(&format!("/v1/jobs/{job}/pattern.dxf")).await.expect(200);
+
+    // Pins in another order than on the part, and one that is not on it.
+    let error = async |pins: Value| {
+        let job = live.job(&json!({ "kind": "flatten", "surface": surface, "flattening": { "pins": pins } })).await;
+        live.ended(&job).await["error"].clone()
+    };
+    let off = error(json!([{ "at": { "xyz": [1e4, 0, 0] }, "to_mm": [0, 0] }])).await;
+    assert_eq!(off["code"], "pin-off-surface", "{off}");
+    assert_eq!(off["remedies"][1]["set"], json!({ "flattening.pins": null }), "{off}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn pins_and_kept_lengths_without_a_meaning_are_refused_in_words() {
+    let live = live().await;
+    let surface = stored(&live, "sphere-cap").await;
+    let pin = json!({ "at": { "xyz": [0, 0, 0] }, "to_mm": [0, 0] });
+    let other = json!({ "at": { "xyz": [0, 0, 0] }, "to_mm": [1, 0] });
+    for (flattening, pointers) in [
+        (json!({ "method": "cader", "pins": [pin] }), vec!["/flattening/pins"]),
+        (json!({ "seed": 0, "keep": [{ "curve": "borders" }] }), vec!["/flattening/keep"]),
+        (json!({ "pins": [pin, other] }), vec!["/flattening/pins/1"]),
+        (json!({ "pins": [{ "at": { "uv": [1e9, 0] }, "to_mm": [0, 0] }] }), vec!["/flattening/pins/0/at/uv/0"]),
+        (json!({ "pins": [{ "at": "centre", "to_mm": [0, 0] }] }), vec!["/flattening/pins"]),
+        (json!({ "keep": [{ "curve": "outline" }] }), vec!["/flattening/keep"]),
+        (json!({ "domain": "base", "keep": [{ "curve": "borders" }] }), vec!["/flattening/keep"]),
+        (json!({ "injective": true, "pins": [pin] }), vec!["/flattening/injective"]),
+    ] {
+        let job = json!({ "kind": "flatten", "surface": surface, "flattening": flattening });
+        assert_eq!(live.post("/v1/jobs", &job).await.expect(422).pointers(), pointers, "{flattening}");
+    }
+}

@@ -1,6 +1,8 @@
 //! Whether the values of a job's parameters have a meaning: each alone, together, and on the surface at hand.
 
-use crate::engine::flattening::{FlatteningDomain, FlatteningMethod, SeedChoice};
+use crate::engine::flattening::{
+    FlatteningDomain, FlatteningMethod, MAX_KEEP_WEIGHT, MAX_KEEPS, MAX_PINS, MAX_TARGET, PinPlace, SeedChoice,
+};
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
@@ -27,6 +29,8 @@ pub fn check(options: &JobOptions, domain: Option<Domain>) -> Vec<Fault> {
     triangulation(options, &mut faults);
     method(options, &mut faults);
     seed(options, domain, &mut faults);
+    pins(options, domain, &mut faults);
+    keep(options, &mut faults);
     search(options, &mut faults);
     placement(options, &mut faults);
     numbers(options, &mut faults);
@@ -110,8 +114,17 @@ fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
                 "injective",
                 "only the method `isometric` goes on to a map that does not lie on itself",
             );
+            let detail = "the method `isometric` takes this; `cader` (taken here since it is named, or a seed or readings are) \
+                          does not: take `isometric`, or leave this out";
+            foreign(!asked.pins().is_empty(), "pins", detail);
+            foreign(!asked.keep().is_empty(), "keep", detail);
         }
     }
+    foreign(
+        asked.injective() && !(asked.pins().is_empty() && asked.keep().is_empty()),
+        "injective",
+        "going on to a map that does not lie on itself would give up pins and kept lengths: leave out the one or the others",
+    );
     foreign(
         asked.objective.is_some() && asked.weights.is_some(),
         "weights",
@@ -124,18 +137,7 @@ fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
 
 fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
     match options.flattening.seed {
-        Some(SeedChoice::Uv(uv)) => {
-            let Some(domain) = domain else { return };
-            for (i, (x, [from, to])) in uv.into_iter().zip([domain.u, domain.v]).enumerate() {
-                let slack = DOMAIN_SLACK * (to - from);
-                if !(x >= from - slack && x <= to + slack) {
-                    faults.push(fault(
-                        format!("/flattening/seed/uv/{i}"),
-                        format!("{x} is outside the surface's domain, which runs from {from} to {to} here"),
-                    ));
-                }
-            }
-        }
+        Some(SeedChoice::Uv(uv)) => in_domain("/flattening/seed/uv", uv, domain, faults),
         Some(SeedChoice::Index(index)) => {
             // A trimmed mesh may have more triangles than the grid has; the mesh of the whole grid never does.
             let whole =
@@ -152,6 +154,79 @@ fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
         }
         Some(SeedChoice::Xyz(xyz)) => finite("/flattening/seed/xyz", &xyz, faults),
         Some(SeedChoice::Centre | SeedChoice::Optimum) | None => {}
+    }
+}
+
+/// A place must lie in the domain, where there is one.
+fn in_domain(pointer: &str, uv: [f64; 2], domain: Option<Domain>, faults: &mut Vec<Fault>) {
+    let Some(domain) = domain else { return };
+    for (i, (x, [from, to])) in uv.into_iter().zip([domain.u, domain.v]).enumerate() {
+        let slack = DOMAIN_SLACK * (to - from);
+        if !(x >= from - slack && x <= to + slack) {
+            faults.push(fault(
+                format!("{pointer}/{i}"),
+                format!("{x} is outside the surface's domain, which runs from {from} to {to} here"),
+            ));
+        }
+    }
+}
+
+fn pins(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
+    let pins = options.flattening.pins();
+    if pins.len() > MAX_PINS {
+        let detail = format!("{} pins: a job has at most {MAX_PINS}", pins.len());
+        faults.push(fault("/flattening/pins", detail));
+        return;
+    }
+    for (i, pin) in pins.iter().enumerate() {
+        let pointer = format!("/flattening/pins/{i}");
+        match pin.at {
+            PinPlace::Uv(uv) => {
+                finite(&format!("{pointer}/at/uv"), &uv, faults);
+                in_domain(&format!("{pointer}/at/uv"), uv, domain, faults);
+            }
+            PinPlace::Xyz(xyz) => finite(&format!("{pointer}/at/xyz"), &xyz, faults),
+        }
+        for (k, x) in pin.to_mm.iter().enumerate() {
+            if !x.is_finite() || x.abs() > MAX_TARGET {
+                let detail = format!("a target is at most {MAX_TARGET} mm from the pattern's origin along either axis");
+                faults.push(fault(format!("{pointer}/to_mm/{k}"), detail));
+            }
+        }
+        if let Some(first) = pins[..i].iter().position(|other| other.at == pin.at && other.to_mm != pin.to_mm) {
+            let detail = format!("pin {first} is at the same place and has another target: take one of the two out");
+            faults.push(fault(pointer, detail));
+        }
+    }
+    if pins.len() > 1 {
+        let detail = "pins settle how the pattern is turned: leave this out, or pin one point alone";
+        for (turned, name) in
+            [(options.placement.align != Align::default(), "align"), (options.placement.to_deg != 0.0, "to_deg")]
+        {
+            if turned {
+                faults.push(fault(format!("/placement/{name}"), detail));
+            }
+        }
+    }
+}
+
+fn keep(options: &JobOptions, faults: &mut Vec<Fault>) {
+    let keep = options.flattening.keep();
+    if keep.len() > MAX_KEEPS {
+        let detail = format!("{} lengths are to be kept: at most {MAX_KEEPS} entries are possible", keep.len());
+        faults.push(fault("/flattening/keep", detail));
+    }
+    for (i, kept) in keep.iter().enumerate() {
+        if !(kept.weight > 0.0 && kept.weight <= MAX_KEEP_WEIGHT) {
+            let detail = format!("a weight is greater than 0 and at most {MAX_KEEP_WEIGHT}");
+            faults.push(fault(format!("/flattening/keep/{i}/weight"), detail));
+        }
+    }
+    let isometric = options.flattening.method() == FlatteningMethod::Isometric;
+    if isometric && !keep.is_empty() && options.domain() == FlatteningDomain::Base {
+        let detail = "with the domain `base` the part's boundaries are no borders of what is flattened: take `domain: trimmed` \
+                      and the triangulation `tracing`";
+        faults.push(fault("/flattening/keep", detail));
     }
 }
 
@@ -290,6 +365,50 @@ mod tests {
         let job = |seed: u32| json!({ "triangulation": { "grid": [3, 3] }, "flattening": { "seed": seed } });
         assert!(pointers(job(7)).is_empty());
         assert_eq!(pointers(job(8)), ["/flattening/seed"]);
+    }
+
+    #[test]
+    fn pins_and_kept_lengths_without_a_meaning_are_found_at_once() {
+        let pin = |uv: [f64; 2], to: [f64; 2]| json!({ "at": { "uv": uv }, "to_mm": to });
+        let pinned = |pins: Value| json!({ "flattening": { "pins": pins } });
+        let apart = json!([pin([0.0, 0.0], [0.0, 0.0]), pin([1.0, 0.5], [10.0, 0.0])]);
+        assert!(pointers(pinned(apart.clone())).is_empty());
+        assert!(pointers(pinned(json!([]))).is_empty() && pointers(pinned(Value::Null)).is_empty());
+        assert_eq!(
+            pointers(json!({
+                "flattening": {
+                    "pins": [pin([3.0, 0.0], [0.0, 2e7]), pin([1.0, 0.5], [1.0, 1.0]), pin([1.0, 0.5], [1.0, 1.5])],
+                    "keep": [
+                        { "curve": "borders", "weight": 0 },
+                        { "curve": { "border": 1 }, "length": "soft" },
+                        { "curve": { "border": 2 }, "weight": 1e9 }
+                    ]
+                },
+                "placement": { "align": "v", "to_deg": 30 }
+            })),
+            [
+                "/flattening/pins/0/at/uv/0",
+                "/flattening/pins/0/to_mm/1",
+                "/flattening/pins/2",
+                "/placement/align",
+                "/placement/to_deg",
+                "/flattening/keep/0/weight",
+                "/flattening/keep/2/weight",
+            ]
+        );
+        // One pin leaves the turn to the placement.
+        let one = json!({ "flattening": { "pins": [pin([0.0, 0.0], [0.0, 0.0])] }, "placement": { "to_deg": 30 } });
+        assert!(pointers(one).is_empty());
+        let cader = json!({ "flattening": { "seed": "centre", "pins": apart, "keep": [{ "curve": "borders" }] } });
+        assert_eq!(pointers(cader), ["/flattening/pins", "/flattening/keep"]);
+        let both = json!({ "flattening": { "injective": true, "keep": [{ "curve": "borders" }] } });
+        assert_eq!(pointers(both), ["/flattening/injective"]);
+        let base = json!({ "flattening": { "domain": "base", "keep": [{ "curve": "borders" }] } });
+        assert_eq!(pointers(base), ["/flattening/keep"]);
+        let many: Vec<Value> = (0..1001).map(|k| pin([0.001 * f64::from(k), 0.0], [f64::from(k), 0.0])).collect();
+        assert_eq!(pointers(pinned(Value::from(many))), ["/flattening/pins"]);
+        let many = vec![json!({ "curve": "borders" }); 101];
+        assert_eq!(pointers(json!({ "flattening": { "keep": many } })), ["/flattening/keep"]);
     }
 
     #[test]

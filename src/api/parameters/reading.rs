@@ -15,13 +15,21 @@ use crate::formats::faults::Fault;
 const MAX_PROBES: usize = 2000;
 
 /// What a parameter may be, where serde's words do not say it well.
-const HINTS: [(&str, &str); 5] = [
+const HINTS: [(&str, &str); 7] = [
     ("/triangulation/grid", "two whole numbers: the points along u and v"),
     (
         "/triangulation/tolerance",
         "exactly one of { \"chord\": mm }, { \"chord_relative\": x }, { \"area\": mm2 }, { \"area_relative\": x }, { \"edge\": mm }",
     ),
     ("/flattening/seed", "\"optimum\", \"centre\", a triangle's index, { \"uv\": [u, v] } or { \"xyz\": [x, y, z] }"),
+    (
+        "/flattening/pins",
+        "a list of points with their targets: { \"at\": { \"uv\": [u, v] } or { \"xyz\": [x, y, z] }, \"to_mm\": [x, y] }",
+    ),
+    (
+        "/flattening/keep",
+        "a list of curves: { \"curve\": \"borders\" or { \"border\": i }, \"length\": \"soft\", \"weight\": w }",
+    ),
     ("/placement/align", "\"u\", \"v\", { \"uv\": [u, v] } or { \"xyz\": [x, y, z] }"),
     ("/triangulation/phase", "0 or 1"),
 ];
@@ -186,6 +194,21 @@ mod tests {
             for theirs in ["variant", "f64", "struct", "invalid type", "expected", "sequence"] {
                 assert!(faults.iter().all(|(_, detail)| !detail.contains(theirs)), "{theirs}: {faults:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_pin_of_no_known_form_lists_the_forms() {
+        for (name, value) in [
+            ("pins", json!([{ "at": [1, 2], "to_mm": [0, 0] }])),
+            ("pins", json!([{ "at": { "uv": [1, 2] } }])),
+            ("pins", json!({ "at": { "uv": [1, 2] }, "to_mm": [0, 0] })),
+            ("keep", json!([{ "curve": "outline" }])),
+            ("keep", json!([{ "curve": "borders", "length": "exact" }])),
+        ] {
+            let faults = faults_of(json!({ "flattening": { name: value } }));
+            assert!(faults[0].0.starts_with(&format!("/flattening/{name}")), "{faults:?}");
+            assert!(!faults[0].1.contains("variant"), "{faults:?}");
         }
     }
 

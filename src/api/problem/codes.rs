@@ -49,6 +49,13 @@ pub const CODES: &[(&str, &str)] = &[
     ),
     ("panicked", "The program has a fault that this job met. Tell the operator; other jobs are not touched by it."),
     ("parameter", "A parameter cannot be worked with on this surface. `detail` names it."),
+    ("pin-off-surface", "The point of a pin is not on the part. `detail` says which pin and how far away the part is."),
+    ("pins-contradict", "Two pins are at one place of the part and are to lie at two places of the pattern."),
+    (
+        "pins-not-met",
+        "The pinned points cannot all come to lie at their targets without a triangle turning over. `detail` names the one that \
+         lacks most. Move the targets nearer to how the points lie in the free pattern.",
+    ),
     ("polygon", "A cell of the grid could not be divided into triangles. Try another density."),
     ("seed-not-found", "The place that was given for the seed lies in no triangle of the mesh."),
     ("seed-out-of-range", "The seed is no triangle of the mesh. `detail` says how many there are."),

@@ -18,7 +18,7 @@ pub use measure::measure;
 pub use overlap::{BorderPlace, Overlap, Overlaps, overlaps};
 pub use report::{
     AspectRatio, BoundaryReport, DevelopableReport, DistortionMeasures, DistortionReport, FlatteningReport,
-    InjectiveReport, OverlapReport, OverlapSide, PatternReport, PlacementReport, Report, SeedSearchReport,
+    InjectiveReport, OverlapReport, OverlapSide, PatternReport, PinReport, PlacementReport, Report, SeedSearchReport,
     SolverReport, StrainPlace, StrainReport, TriangulationReport,
 };
 pub use strain::{TriangleStrain, strains};

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{HotSpot, Thresholds, Verdict};
+use crate::engine::flattening::PinPlace;
 
 /// Everything that is said of a result.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -114,6 +115,20 @@ pub struct FlatteningReport {
     /// The largest of these places.
     #[serde(default)]
     pub overlap_places: Vec<OverlapReport>,
+    /// The pinned points.
+    #[serde(default)]
+    pub pins: Vec<PinReport>,
+}
+
+/// A pinned point.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PinReport {
+    /// The point, as it was asked for.
+    pub at: PinPlace,
+    /// Where it was to lie, mm.
+    pub to_mm: [f64; 2],
+    /// How far from there it lies, mm.
+    pub residual_mm: f64,
 }
 
 /// How a map of least energy was found: all pieces together.

@@ -77,6 +77,37 @@ pub enum FlatteningError {
     /// Every start collapses within the precision of numbers.
     #[error("the mesh is curved so strongly that no map without a flip can be held in numbers of sixteen digits")]
     TooCurved,
+    /// Pinned points cannot all come to lie at their targets.
+    #[error(
+        "pin {pin} cannot come to lie where it is to without a triangle turning over: {residual_mm:.6} mm are left, more than for \
+         any other pin"
+    )]
+    PinsNotMet {
+        /// The pin that lacks most.
+        pin: u32,
+        /// What it lacks, mm.
+        residual_mm: f64,
+        /// Where it is.
+        place: Box<Place>,
+    },
+    /// A pin's place is not on the part.
+    #[error("pin {pin} is not on the part{}", away_mm.map_or_else(String::new, |away| format!(": {away:.6} mm away from it")))]
+    PinOffSurface {
+        /// The pin.
+        pin: u32,
+        /// How far the part is, where that can be told, mm.
+        away_mm: Option<f64>,
+        /// Where it is.
+        place: Box<Place>,
+    },
+    /// Two pins contradict each other.
+    #[error("pins {} and {} are at one place and are to lie at two", pins[0], pins[1])]
+    PinsContradict {
+        /// The pins.
+        pins: [u32; 2],
+        /// Where they are.
+        place: Box<Place>,
+    },
     /// The mesh itself is at fault.
     #[error(transparent)]
     Mesh(#[from] MeshFault),
@@ -105,6 +136,12 @@ fn least_distortion() -> Remedy {
         .with("flattening.readings", SetValue::Nothing)
 }
 
+/// The free map tells where points lie of themselves.
+fn without_pins() -> Remedy {
+    Remedy::say("Flatten without pins: the free pattern shows where the points lie of themselves.")
+        .with("flattening.pins", SetValue::Nothing)
+}
+
 impl Located for FlatteningError {
     fn code(&self) -> &'static str {
         match self {
@@ -116,13 +153,20 @@ impl Located for FlatteningError {
             Self::SeveralPieces { .. } => "several-pieces",
             Self::NotADisc { .. } => "not-a-disc",
             Self::TooCurved => "too-curved",
+            Self::PinsNotMet { .. } => "pins-not-met",
+            Self::PinOffSurface { .. } => "pin-off-surface",
+            Self::PinsContradict { .. } => "pins-contradict",
             Self::Mesh(fault) | Self::Piece { fault, .. } => fault.code(),
         }
     }
 
     fn place(&self) -> Place {
         match self {
-            Self::Flipped { place, .. } | Self::Piece { place, .. } => (**place).clone(),
+            Self::Flipped { place, .. }
+            | Self::Piece { place, .. }
+            | Self::PinsNotMet { place, .. }
+            | Self::PinOffSurface { place, .. }
+            | Self::PinsContradict { place, .. } => (**place).clone(),
             Self::NoSeed { furthest, .. } | Self::BudgetSpent { furthest, .. } => furthest.place(),
             Self::Mesh(fault) => fault.place(),
             _ => Place::default(),
@@ -158,6 +202,17 @@ impl Located for FlatteningError {
                 vec![Remedy::say("Cut handles open, and divide the mesh where parts of it touch at a vertex only.")]
             }
             Self::TooCurved => vec![Remedy::say("Divide the part, or cut darts into it.")],
+            Self::PinsNotMet { .. } => vec![
+                Remedy::say(
+                    "Move the targets nearer to how the points lie without pins, or take the pin out: pins that are to lie \
+                     in another order than on the part turn it over.",
+                ),
+                without_pins(),
+            ],
+            Self::PinOffSurface { .. } => {
+                vec![Remedy::say("Move the pin onto the part, inside its trimming loops."), without_pins()]
+            }
+            Self::PinsContradict { .. } => vec![Remedy::say("Take one of the two out."), without_pins()],
             Self::Mesh(fault) => fault.remedies(),
             Self::Piece { fault, pieces, .. } => {
                 let mut remedies = fault.remedies();

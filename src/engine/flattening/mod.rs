@@ -4,15 +4,20 @@
 pub mod cader;
 #[cfg(test)]
 mod closed_forms;
+mod constraints;
 pub mod developable;
 mod error;
 pub mod isometric;
 mod mapping_order;
 mod options;
 mod outcome;
+pub mod rigid;
 mod rings;
 mod unfolding;
 
+pub use constraints::{
+    DEFAULT_KEEP_WEIGHT, Keep, KeepCurve, KeepLength, MAX_KEEP_WEIGHT, MAX_KEEPS, MAX_PINS, MAX_TARGET, PinAt, PinPlace,
+};
 pub use error::FlatteningError;
 pub use options::{
     Anchor, Average, Check, FlatteningDomain, FlatteningMethod, FlatteningOptions, Order, Parent, Readings, SeedChoice,

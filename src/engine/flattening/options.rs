@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::constraints::{Keep, PinAt};
 use super::isometric::Objective;
 
 /// The method.
@@ -182,6 +183,12 @@ pub struct FlatteningOptions {
     /// Whether `isometric` goes on, where its map lies on itself, to one that does not. Absent: no.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub injective: Option<bool>,
+    /// Points that `isometric` lays at given places of the pattern.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pins: Option<Vec<PinAt>>,
+    /// Boundary curves whose lengths `isometric` keeps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keep: Option<Vec<Keep>>,
     /// The seed of `cader`. Absent: `optimum` up to 8000 triangles, else `centre`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<SeedChoice>,
@@ -214,6 +221,18 @@ impl FlatteningOptions {
     #[must_use]
     pub fn injective(&self) -> bool {
         self.injective.unwrap_or(false)
+    }
+
+    /// The pins, none where nothing is said.
+    #[must_use]
+    pub fn pins(&self) -> &[PinAt] {
+        self.pins.as_deref().unwrap_or_default()
+    }
+
+    /// The kept lengths, none where nothing is said.
+    #[must_use]
+    pub fn keep(&self) -> &[Keep] {
+        self.keep.as_deref().unwrap_or_default()
     }
 
     /// The readings of `cader`, the default filled in.

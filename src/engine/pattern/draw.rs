@@ -6,7 +6,7 @@ use super::flat_map::FlatMap;
 use super::locator::Locator;
 use super::outline::{FlatLoop, Tracer};
 use super::part::area_centroids;
-use super::placement::{Motion, Placement, Transform, View};
+use super::placement::{Hold, Motion, Placement, Transform, View, mirrored};
 use super::{Contour, Pattern, Piece};
 use crate::engine::budget::Observer;
 use crate::engine::distortion::{BoundaryReport, PatternReport, PlacementReport};
@@ -50,6 +50,8 @@ pub struct DrawInput<'a> {
     pub part: &'a [bool],
     /// How the pattern is to lie.
     pub placement: &'a Placement,
+    /// What is settled already of that, by piece; none where nothing is.
+    pub holds: &'a [Hold],
     /// Largest distance between curves and their polylines, mm; `None`: [`DEFAULT_CURVE_TOLERANCE`].
     pub curve_tolerance_mm: Option<f64>,
 }
@@ -57,7 +59,7 @@ pub struct DrawInput<'a> {
 /// A pattern and what is said of it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawn {
-    /// The pattern, its bounding box from (0, 0). Pieces that are not flattened are left out.
+    /// The pattern, its bounding box from (0, 0) unless points hold it elsewhere. Pieces that are not flattened are left out.
     pub pattern: Pattern,
     /// How the flattening is brought to where the pattern lies.
     pub transform: Transform,
@@ -114,8 +116,8 @@ pub fn draw(input: &DrawInput<'_>, observer: &dyn Observer) -> Result<Drawn, Eng
             holes: holes.iter().map(|hole| contour(hole, &transform, false)).collect(),
         })
         .collect();
-    let high = pieces.iter().flat_map(|p| &p.outline.points).fold(DVec2::ZERO, |m, p| m.max(*p));
-    let pattern = Pattern { pieces, bounding_box_mm: high.to_array() };
+    let bounding_box_mm = size(&pieces, input.holds);
+    let pattern = Pattern { pieces, bounding_box_mm };
     let placement = placement_report(input.placement, &transform);
     let boundary = drawn_loops.into_iter().map(|l| tracer.lengths(l)).collect::<Result<_, _>>()?;
     Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
@@ -163,7 +165,7 @@ fn transform(
     observer: &dyn Observer,
 ) -> Result<Transform, EngineError> {
     let count = map.piece_count();
-    let mirrored = (input.side == Side::Reversed) != (input.placement.view == View::Back);
+    let mirrored = mirrored(input.side, input.placement);
     let mut transform = Transform { mirrored, motions: Vec::with_capacity(count), motion_of: Vec::new() };
     let middles = area_centroids(input.lifted, input.part, input.topology.piece_of(), count);
     for (piece, middle) in middles.into_iter().enumerate() {
@@ -171,15 +173,37 @@ fn transform(
         let rotation = rotation(input, map, piece as u32, middle, mirrored)?;
         transform.motions.push(Motion { rotation, origin: DVec2::ZERO });
     }
-    lay_out(&mut transform, sheets.iter().map(|(outline, _)| outline));
+    lay_out(&mut transform, input.holds, sheets.iter().map(|(outline, _)| outline));
     if count > 1 {
         transform.motion_of = map.pieces_of_vertices();
     }
     Ok(transform)
 }
 
-/// Gives each motion the origin that lays its piece from (0, 0) on beside the one before.
-pub(super) fn lay_out<'a>(transform: &mut Transform, outlines: impl Iterator<Item = &'a FlatLoop>) {
+/// Width and height of the pattern.
+pub(super) fn size(pieces: &[Piece], holds: &[Hold]) -> [f64; 2] {
+    let points = || pieces.iter().flat_map(|p| &p.outline.points);
+    let low = if holds.iter().all(|hold| *hold == Hold::Free) {
+        DVec2::ZERO
+    } else {
+        points().copied().reduce(DVec2::min).unwrap_or(DVec2::ZERO)
+    };
+    (points().fold(low, |m, p| m.max(*p)) - low).to_array()
+}
+
+/// Gives each motion what holds its piece, and else the origin that lays it beside the one before: the first from (0, 0) on,
+/// or beside all pieces that are held.
+pub(super) fn lay_out<'a>(transform: &mut Transform, holds: &[Hold], outlines: impl Iterator<Item = &'a FlatLoop>) {
+    let mirrored = transform.mirrored;
+    for (motion, hold) in transform.motions.iter_mut().zip(holds) {
+        match *hold {
+            Hold::Free => {}
+            Hold::Point { flat, to } => {
+                motion.origin = to - motion.rotation.rotate(Transform::seen(mirrored, flat));
+            }
+            Hold::Motion(held) => *motion = held,
+        }
+    }
     let mut boxes = vec![[DVec2::INFINITY, DVec2::NEG_INFINITY]; transform.motions.len()];
     for outline in outlines {
         let [low, high] = &mut boxes[outline.piece as usize];
@@ -189,10 +213,14 @@ pub(super) fn lay_out<'a>(transform: &mut Transform, outlines: impl Iterator<Ite
         }
     }
     let widest = boxes.iter().filter(|b| b[0].is_finite()).map(|[low, high]| high.x - low.x).fold(0.0, f64::max);
-    let mut x = 0.0;
-    for (motion, [low, high]) in transform.motions.iter_mut().zip(boxes) {
-        if low.is_finite() {
-            motion.origin = DVec2::new(x - low.x, -low.y);
+    let is_held = |piece: usize| holds.get(piece).is_some_and(|hold| *hold != Hold::Free);
+    let held = || boxes.iter().enumerate().filter(|(piece, b)| is_held(*piece) && b[0].is_finite()).map(|(_, b)| b);
+    let right = held().map(|[_, high]| high.x).reduce(f64::max);
+    let mut x = right.map_or(0.0, |x| x + GAP * widest);
+    let bottom = held().map(|[low, _]| low.y).reduce(f64::min).unwrap_or(0.0);
+    for (piece, (motion, [low, high])) in transform.motions.iter_mut().zip(&boxes).enumerate() {
+        if low.is_finite() && !is_held(piece) {
+            motion.origin = DVec2::new(x - low.x, bottom - low.y);
             x += high.x - low.x + GAP * widest;
         }
     }

@@ -25,7 +25,7 @@ pub use draw::{DEFAULT_CURVE_TOLERANCE, DrawInput, Drawn, draw};
 pub use locator::{Located, Locator};
 pub use of_mesh::{MeshDrawInput, draw_mesh};
 pub use part::triangles_of_part;
-pub use placement::{Align, Motion, Placement, Transform, View};
+pub use placement::{Align, Hold, Motion, Placement, Transform, View, mirrored};
 
 /// One closed polyline of a pattern. The first point is not repeated.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -47,7 +47,7 @@ pub struct Piece {
     pub holes: Vec<Contour>,
 }
 
-/// The pattern, in the first quadrant.
+/// The pattern, in the first quadrant unless points were given places of their own.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pattern {
     /// The pieces.

@@ -7,10 +7,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::draw::{contour, lay_out, placement_report, report, signed_area};
+use super::draw::{contour, lay_out, placement_report, report, signed_area, size};
 use super::outline::{FlatLoop, thinned};
-use super::placement::{IN_PLANE, Motion, Transform};
-use super::{Align, Drawn, Pattern, Piece, Placement, View};
+use super::placement::{Hold, IN_PLANE, Motion, Transform, mirrored};
+use super::{Align, Drawn, Pattern, Piece, Placement};
 use crate::engine::budget::Observer;
 use crate::engine::distortion::BoundaryReport;
 use crate::engine::error::EngineError;
@@ -38,6 +38,8 @@ pub struct MeshDrawInput<'a> {
     pub flat: &'a [DVec2],
     /// How the pattern is to lie.
     pub placement: &'a Placement,
+    /// What is settled already of that, by piece; none where nothing is.
+    pub holds: &'a [Hold],
     /// Border points within this distance of a chord between others are left out, mm; `None`: all points stay.
     pub curve_tolerance_mm: Option<f64>,
 }
@@ -50,13 +52,13 @@ pub struct MeshDrawInput<'a> {
 pub fn draw_mesh(input: &MeshDrawInput<'_>, observer: &dyn Observer) -> Result<Drawn, EngineError> {
     let count = input.topology.piece_count();
     let (sheets, boundary) = sheets(input, observer)?;
-    let mirrored = (input.side == Side::Reversed) != (input.placement.view == View::Back);
+    let mirrored = mirrored(input.side, input.placement);
     let mut transform = Transform { mirrored, motions: Vec::with_capacity(count), motion_of: Vec::new() };
     for middle in central_triangles(input.mesh, input.topology) {
         transform.motions.push(Motion { rotation: rotation(input, middle, mirrored)?, origin: DVec2::ZERO });
     }
     observer.check()?;
-    lay_out(&mut transform, sheets.iter().map(|(outline, _)| outline));
+    lay_out(&mut transform, input.holds, sheets.iter().map(|(outline, _)| outline));
     if count > 1 {
         transform.motion_of = pieces_of_vertices(input.mesh, input.topology);
     }
@@ -69,8 +71,8 @@ pub fn draw_mesh(input: &MeshDrawInput<'_>, observer: &dyn Observer) -> Result<D
             holes: holes.iter().map(|hole| contour(hole, &transform, false)).collect(),
         })
         .collect();
-    let high = pieces.iter().flat_map(|p| &p.outline.points).fold(DVec2::ZERO, |m, p| m.max(*p));
-    let pattern = Pattern { pieces, bounding_box_mm: high.to_array() };
+    let bounding_box_mm = size(&pieces, input.holds);
+    let pattern = Pattern { pieces, bounding_box_mm };
     let placement = placement_report(input.placement, &transform);
     Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
 }

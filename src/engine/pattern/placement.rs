@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::error::EngineError;
 use crate::engine::nurbs::Surface;
+use crate::engine::trimming::Side;
 
 /// The side one looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
@@ -48,6 +49,12 @@ pub struct Placement {
     pub to_deg: f64,
 }
 
+/// Whether the pattern shows the flattening mirrored: one looks at the side that it does not show.
+#[must_use]
+pub fn mirrored(side: Side, placement: &Placement) -> bool {
+    (side == Side::Reversed) != (placement.view == View::Back)
+}
+
 /// Where a pattern lies with respect to the flattening it is drawn from: each piece of the mesh is mirrored or not (all
 /// alike), turned, and moved. A mesh of one piece has one such motion.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -58,6 +65,23 @@ pub struct Transform {
     pub motions: Vec<Motion>,
     /// For each vertex of the mesh the index of its motion; empty when there is one only.
     pub(super) motion_of: Vec<u32>,
+}
+
+/// What is settled already of how a piece lies, by points that are to lie at given places.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Hold {
+    /// Nothing: it is turned as the placement says and laid beside the others.
+    #[default]
+    Free,
+    /// One point: the piece is turned as the placement says, and moved.
+    Point {
+        /// The point in the flattening, mm.
+        flat: DVec2,
+        /// Where it is to lie in the pattern, mm.
+        to: DVec2,
+    },
+    /// All of it.
+    Motion(Motion),
 }
 
 /// A rotation followed by a translation.
@@ -79,10 +103,16 @@ impl Transform {
     /// Where a point of the flattening of a piece comes to lie in the pattern.
     #[must_use]
     pub fn point(&self, p: DVec2, piece: usize) -> DVec2 {
-        let p = if self.mirrored { DVec2::new(p.x, -p.y) } else { p };
+        let p = Self::seen(self.mirrored, p);
         let motion = self.motions.get(piece).copied().unwrap_or_default();
         // Adding zero turns -0 into 0, which text files should not show.
         motion.rotation.rotate(p) + motion.origin + DVec2::ZERO
+    }
+
+    /// Where a point lies in the pattern before the piece is moved: mirrored where the pattern is.
+    #[must_use]
+    pub fn seen(mirrored: bool, p: DVec2) -> DVec2 {
+        if mirrored { DVec2::new(p.x, -p.y) } else { p }
     }
 
     /// The whole flattening as it lies in the pattern, vertex by vertex. NaN stays NaN.

@@ -35,6 +35,7 @@ fn drawn(surface: &Surface, loops: Vec<TrimLoop>, [m, n]: [usize; 2], tolerance:
         flat: &flat,
         part: &part,
         placement: &Placement::default(),
+        holds: &[],
         curve_tolerance_mm: Some(tolerance),
     };
     draw(&input, &Unobserved).unwrap()

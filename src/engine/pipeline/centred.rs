@@ -105,7 +105,11 @@ impl Home {
 
     fn flattening_back(&self, error: &mut FlatteningError) {
         match error {
-            FlatteningError::Flipped { place, .. } | FlatteningError::Piece { place, .. } => self.place_back(place),
+            FlatteningError::Flipped { place, .. }
+            | FlatteningError::Piece { place, .. }
+            | FlatteningError::PinsNotMet { place, .. }
+            | FlatteningError::PinOffSurface { place, .. }
+            | FlatteningError::PinsContradict { place, .. } => self.place_back(place),
             FlatteningError::NoSeed { furthest, .. } | FlatteningError::BudgetSpent { furthest, .. } => {
                 self.flattening_back(furthest);
             }

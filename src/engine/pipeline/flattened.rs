@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 
 use super::centred::Centred;
+use super::constraints::Constraints;
 use super::meshed::Meshed;
 use crate::engine::budget::{Observer, Stage};
 use crate::engine::distortion::{self, DevelopableReport, InjectiveReport, SeedSearchReport, SolverReport};
@@ -14,6 +15,7 @@ use crate::engine::flattening::isometric::{self, Injective, IsometricOptions};
 use crate::engine::flattening::{FlatteningError, FlatteningMethod, LevelCounts, SeedChoice};
 use crate::engine::job::JobOptions;
 use crate::engine::mesh::{Mesh, MeshFault, Piece, Topology, check_sheet, measures, pieces, sheet as sheet_of};
+use crate::engine::pattern::Hold;
 use crate::engine::seed::{SeedLandscape, SeedOutcome, SeedSearch, locate, search};
 
 /// Meshes of at most so many triangles have every seed tried when none is named: the search takes time with the square
@@ -46,6 +48,8 @@ pub(super) struct Laid {
     pub landscape: Option<SeedLandscape>,
     /// What a person should know.
     pub warnings: Vec<String>,
+    /// For each piece what settles how it lies; none where nothing is settled.
+    pub holds: Vec<Hold>,
 }
 
 impl Laid {
@@ -64,6 +68,7 @@ impl Laid {
             search: None,
             landscape: None,
             warnings: Vec::new(),
+            holds: Vec::new(),
         }
     }
 }
@@ -97,6 +102,8 @@ pub(super) struct Sheet<'a> {
     pub part: Option<&'a [bool]>,
     /// Whether the search runs every seed to its end, to tell of them all.
     pub landscape: bool,
+    /// Pins and kept lengths.
+    pub constraints: &'a Constraints,
 }
 
 /// Flattens all pieces of the mesh. That each can be flattened is looked at before any is.
@@ -111,11 +118,12 @@ pub(super) fn flatten(sheet: &Sheet, options: &JobOptions, observer: &dyn Observ
             seeds: vec![SeedOutcome::Untried; mesh.triangles.len()],
             best: Vec::new(),
         }),
+        holds: vec![Hold::Free; all.len()],
         ..Laid::at(vec![DVec2::NAN; mesh.positions.len()])
     };
     let mut first_error = None;
     let mut left_out = |laid: &mut Laid, number: usize, error: FlatteningError| -> Result<(), FlatteningError> {
-        if !(several && options.skip_bad_pieces) {
+        if !(several && options.skip_bad_pieces) || sheet.constraints.pin(&all[number]) {
             return Err(error);
         }
         laid.warnings.push(format!("piece {} is left out: {}", number + 1, reason(&error)));
@@ -150,6 +158,9 @@ pub(super) fn flatten(sheet: &Sheet, options: &JobOptions, observer: &dyn Observ
             part: sheet.part,
             seed,
             first: lie == 0,
+            number: *number,
+            whole: sheet.topology,
+            constraints: sheet.constraints,
         };
         let (flat, error) = match job.flatten(observer, &mut laid) {
             Ok(done) => done,
@@ -229,6 +240,10 @@ struct PieceJob<'a> {
     part: Option<&'a [bool]>,
     seed: Option<u32>,
     first: bool,
+    number: usize,
+    /// The topology of all pieces.
+    whole: &'a Topology,
+    constraints: &'a Constraints,
 }
 
 impl PieceJob<'_> {
@@ -249,9 +264,12 @@ impl PieceJob<'_> {
         let mesh = &self.piece.mesh;
         observer.enter(Stage::Flattening);
         observer.check()?;
+        let pins = self.constraints.pins(self.piece);
         if self.is_surface
             && let Some(unfolded) = developable::unfold(mesh, self.topology, UNFOLDED_STRAIN, observer)?
+            && let Some(hold) = pins.hold_exactly(mesh, &unfolded.flat)
         {
+            laid.holds[self.number] = hold;
             let free = Free { flat: unfolded.flat, energy: 0.0 };
             return match self.without_overlaps(free, observer, laid)? {
                 Continued::Not(flat) => {
@@ -266,8 +284,18 @@ impl PieceJob<'_> {
                 }
             };
         }
-        let asked = IsometricOptions { objective: self.options.flattening.objective() };
-        let found = isometric::flatten(mesh, self.topology, &asked, observer)?;
+        let objective = self.options.flattening.objective();
+        let outline = if self.constraints.asks_for_outline(self.topology) {
+            let free = IsometricOptions { objective, ..IsometricOptions::default() };
+            outline_of(self.topology, &isometric::flatten(mesh, self.topology, &free, observer)?.flat)
+        } else {
+            0
+        };
+        let topologies = (self.whole, self.topology);
+        let keep = self.constraints.lengths((self.number, self.piece), topologies, outline);
+        let asked = IsometricOptions { objective, pins: pins.to_solve(), keep };
+        let found = isometric::flatten(mesh, self.topology, &asked, observer).map_err(|e| pins.whole(mesh, e))?;
+        laid.holds[self.number] = pins.solved(mesh, &found.flat);
         let (rounds, energy, converged) = (found.run.rounds, found.run.energy, found.run.converged);
         match self.without_overlaps(Free { flat: found.flat, energy }, observer, laid)? {
             Continued::Not(flat) => Ok(self.solved(flat, (rounds, energy), converged, laid)),
@@ -300,7 +328,7 @@ impl PieceJob<'_> {
         let mesh = &self.piece.mesh;
         let part: Option<Vec<bool>> =
             self.part.map(|part| self.piece.triangle_of.iter().map(|&t| part.get(t as usize) == Some(&true)).collect());
-        let asked = IsometricOptions { objective: self.options.flattening.objective() };
+        let asked = IsometricOptions { objective: self.options.flattening.objective(), ..IsometricOptions::default() };
         let found = if lies_on_itself((mesh, self.topology), part.as_deref(), &free.flat, observer)? {
             let found = isometric::flatten_injectively(mesh, self.topology, &asked, &free.flat, observer)?;
             if found.is_none() {
@@ -450,6 +478,17 @@ pub(super) fn lies_on_itself(
     });
     let found = distortion::overlaps(flat, own.as_ref().unwrap_or(topology), observer)?;
     Ok(!(found.complete && found.regions.is_empty()))
+}
+
+/// The border that encloses the largest area in the plane, the first of equals.
+fn outline_of(topology: &Topology, flat: &[DVec2]) -> usize {
+    let area = |border: &[u32]| {
+        let origin = border.first().map_or(DVec2::ZERO, |&h| flat[topology.origin(h) as usize]);
+        let at = |v: u32| flat[v as usize] - origin;
+        border.iter().map(|&h| at(topology.origin(h)).perp_dot(at(topology.target(h)))).sum::<f64>().abs()
+    };
+    let areas = topology.borders().map(area).enumerate();
+    areas.fold((0, f64::NEG_INFINITY), |best, (k, area)| if area > best.1 { (k, area) } else { best }).0
 }
 
 /// The mesh as its own only piece.

@@ -6,6 +6,7 @@
 //! begin. What comes out holds no clock, id or timing: the same input gives the same bytes.
 
 mod centred;
+mod constraints;
 mod findings;
 mod flattened;
 mod meshed;
@@ -27,8 +28,9 @@ use super::pattern::{self, DrawInput, Locator, Pattern};
 use super::seed::SeedLandscape;
 use super::trimming::{Side, TrimmedSurface};
 use centred::Centred;
+use constraints::Constraints;
 use findings::Lying;
-use flattened::Sheet;
+use flattened::{Laid, Sheet};
 use meshed::Meshed;
 
 pub use flattened::OPTIMUM_UP_TO;
@@ -183,6 +185,8 @@ fn flatten(
         pattern::triangles_of_part(&meshed.lifted, &locator, &meshed.region, observer)?
     };
     let part = Some(inside.as_slice()).filter(|inside| inside.contains(&false));
+    let asked = (options, centred.part.side, centred.home);
+    let constraints = Constraints::of_surface(meshed, &locator, asked, observer)?;
     let sheet = Sheet {
         mesh: &meshed.lifted.mesh,
         topology: &meshed.topology,
@@ -191,6 +195,7 @@ fn flatten(
         seed: flattened::named_seed(meshed, options, centred, part)?,
         part,
         landscape: kind == JobKind::OptimumSeedSearch,
+        constraints: &constraints,
     };
     let exact =
         if unrolled::takes_exact(options.flattening.method()) { unrolled::unrolled(meshed, observer)? } else { None };
@@ -209,6 +214,11 @@ fn flatten(
         }
         None => None,
     };
+    // Where pins leave a gap it must be strained all the same.
+    let exact = exact.and_then(|(exact, laid)| {
+        let holds = constraints.hold_exactly(&meshed.topology, |uv| exact.map(uv))?;
+        Some((exact, Laid { holds, ..laid }))
+    });
     let (exact, laid) = match exact {
         Some((exact, laid)) => (Some(exact), Ok(laid)),
         None => (None, flattened::flatten(&sheet, options, observer)),
@@ -242,6 +252,7 @@ fn flatten(
         flat: &laid.flat,
         part: &inside,
         placement: &options.placement,
+        holds: &laid.holds,
         curve_tolerance_mm: Some(meshed.curve_tolerance),
     };
     let drawn = pattern::draw(&input, observer)?;
@@ -261,6 +272,9 @@ fn flatten(
     let lying = Lying { mesh, topology: &meshed.topology, flat: &flat, mirrored: drawn.transform.mirrored, part };
     let mut flattening = reports::flattening(mesh, &laid, options);
     lying.overlaps(&mut flattening, observer)?;
+    let place = exact.as_ref().map(|exact| |uv| exact.map(uv));
+    let place = place.as_ref().map(|place| place as &dyn Fn(DVec2) -> DVec2);
+    flattening.pins = constraints.report(options, &meshed.topology, (&laid.flat, place), &drawn.transform);
     let verdict = verdict.of_overlaps(flattening.overlaps);
     // Strains of an exact map are those of rounding; the mesh's chords are none of the material's.
     let hot_spots = if exact.is_some() { Vec::new() } else { lying.hot_spots(&options.limits) };

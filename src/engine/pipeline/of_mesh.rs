@@ -7,7 +7,8 @@
 
 use glam::DVec3;
 
-use super::centred::centred_mesh;
+use super::centred::{Home, centred_mesh};
+use super::constraints::Constraints;
 use super::findings::Lying;
 use super::flattened::{self, Laid, Sheet};
 use super::{Failure, Outcome, SurfaceMesh, reports};
@@ -45,7 +46,7 @@ pub(super) fn run(
         JobKind::Flatten | JobKind::OptimumSeedSearch => {
             let seed = named_seed(&ready, options, home.offset)?;
             let landscape = kind == JobKind::OptimumSeedSearch;
-            flatten(&ready, surface, seed, landscape, options, observer)
+            flatten(&ready, (surface, home), seed, landscape, options, observer)
                 .map(|outcome| home.outcome_back(outcome))
                 .map_err(|failure| home.failure_back(failure))
         }
@@ -100,14 +101,24 @@ fn meshed(ready: &Ready, options: &JobOptions) -> Outcome {
 /// The outcome of a job that goes on to the pattern.
 fn flatten(
     ready: &Ready,
-    surface: &SurfaceMesh,
+    (surface, home): (&SurfaceMesh, Home),
     seed: Option<u32>,
     landscape: bool,
     options: &JobOptions,
     observer: &dyn Observer,
 ) -> Result<Outcome, Failure> {
     let (mesh, topology) = (ready.mesh, &ready.topology);
-    let sheet = Sheet { mesh, topology, sound: ready.faults.is_empty(), is_surface: true, seed, part: None, landscape };
+    let constraints = Constraints::of_mesh((mesh, topology), (options, surface.side, home), observer)?;
+    let sheet = Sheet {
+        mesh,
+        topology,
+        sound: ready.faults.is_empty(),
+        is_surface: true,
+        seed,
+        part: None,
+        landscape,
+        constraints: &constraints,
+    };
     let laid = flattened::flatten(&sheet, options, observer).map_err(|stopped| {
         let partial = stopped.partial.map(|laid| {
             let mut outcome = meshed(ready, options);
@@ -131,6 +142,7 @@ fn flatten(
             side: surface.side,
             flat: &laid.flat,
             placement: &options.placement,
+            holds: &laid.holds,
             curve_tolerance_mm: options.curve_tolerance_mm,
         },
         observer,
@@ -143,6 +155,7 @@ fn flatten(
     let lying = Lying { mesh, topology, flat: &flat, mirrored: drawn.transform.mirrored, part: None };
     let mut flattening = report(mesh, &laid, options);
     lying.overlaps(&mut flattening, observer)?;
+    flattening.pins = constraints.report(options, topology, (&laid.flat, None), &drawn.transform);
     let verdict = verdict.of_overlaps(flattening.overlaps);
     let hot_spots = lying.hot_spots(&options.limits);
     observer.check()?;

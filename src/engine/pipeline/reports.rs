@@ -83,6 +83,7 @@ pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> Flat
         flips: flips(mesh, &laid.flat),
         overlaps: None,
         overlap_places: Vec::new(),
+        pins: Vec::new(),
     }
 }
 

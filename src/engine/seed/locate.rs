@@ -100,7 +100,7 @@ fn holds(corners: [DVec2; 3], point: DVec2) -> bool {
 }
 
 /// The point of a triangle that is nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5).
-fn nearest_point([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
+pub(crate) fn nearest_point([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
     let (ab, ac) = (b - a, c - a);
     let (d1, d2) = (ab.dot(p - a), ac.dot(p - a));
     if d1 <= 0.0 && d2 <= 0.0 {

@@ -11,10 +11,11 @@
 //!
 //! # Units and limits
 //! Positions and results are millimetres. Vertices of no triangle get no place (NaN). Far parts of the pattern may
-//! overlap: that is not asked here. Memory is about 1.5 KB a vertex at a million triangles.
+//! overlap: that is not asked here. Pinned points and kept lengths: [`constraints`]. Memory is about 1.5 KB a vertex at a million triangles.
 
 mod assembly;
 mod cholesky;
+mod constraints;
 mod convex;
 mod energy;
 mod injective;
@@ -30,12 +31,14 @@ mod tests;
 
 use glam::DVec2;
 
+pub use constraints::{Kept, KeptCurve, Pin};
 pub use injective::{Injective, flatten_injectively};
 pub use options::{IsometricOptions, Objective};
 pub use solver::Run;
 
 use self::assembly::Assembly;
 use self::cholesky::{Graph, Symbolic};
+use self::constraints::Point;
 use self::energy::Energy;
 use self::shape::Shape;
 use self::solver::{MAX_ROUNDS, RESOLUTION, Solver};
@@ -89,7 +92,8 @@ pub struct Isometric {
 /// # Errors
 /// [`FlatteningError::SeveralPieces`], [`FlatteningError::NotADisc`], a [`MeshFault`] for a triangle that is a point or
 /// has coordinates that are no numbers, [`FlatteningError::TooCurved`] when no map without flips can be written in
-/// numbers of sixteen digits, [`EngineError::Parameter`] for weights that cannot be used, [`EngineError::Cancelled`].
+/// numbers of sixteen digits, [`EngineError::Parameter`] for weights, pins or kept borders that cannot
+/// be used, [`FlatteningError::PinsNotMet`], [`EngineError::Cancelled`].
 pub fn flatten(
     mesh: &Mesh,
     topology: &Topology,
@@ -101,6 +105,7 @@ pub fn flatten(
         .weights()
         .map_err(|detail| EngineError::Parameter { name: "flattening.weights".to_owned(), detail })?;
     check_disc(topology)?;
+    constraints::check(mesh, topology, options)?;
     let edges = (0..topology.edge_count() as u32).map(|e| topology.edge_vertices(e));
     let graph = Graph::of_edges(mesh.positions.len(), edges);
     let symbolic = Symbolic::<2>::new(&mesh.positions, &graph, observer)?;
@@ -108,33 +113,67 @@ pub fn flatten(
     let assembly = Assembly::new(&shape, &symbolic).ok_or_else(|| mismatch(topology))?;
     let mut solver = Solver::new(&shape, &symbolic, &assembly, observer);
     let start = start::start(&mut solver, mesh, topology)?;
-    let (flat, run) = match (options.objective, weights) {
+    solver.terms.edges = constraints::edges((mesh, topology), (&shape, &symbolic), options);
+    let (mut flat, mut run, energy) = match (options.objective, weights) {
         (_, Some([area, shape])) => weighted(&mut solver, start, area, shape)?,
         (Objective::Arap, None) => arap(&mut solver, start)?,
         _ => {
             let mut flat = start;
             let run = solver.minimise(BALANCED, &mut flat, MAX_ROUNDS)?;
-            (flat, run)
+            (flat, run, BALANCED)
         }
     };
+    if !options.pins.is_empty() {
+        let points = constraints::points(mesh, (&shape, &symbolic), &options.pins);
+        let points = points.ok_or_else(|| mismatch(topology))?;
+        pinned(&mut solver, points, energy, &mut flat, &mut run)?;
+    }
+    if !(options.pins.is_empty() && options.keep.is_empty()) {
+        run.energy = shape.energy(energy, &flat);
+    }
     Ok(Isometric { flat: shape.enlarged(&flat, &symbolic.rank, topology), run })
 }
 
-type Found = (Vec<[f64; 2]>, Run);
+/// The map, how it was found, and the energy that was made least.
+type Found = (Vec<[f64; 2]>, Run, Energy);
+
+/// The map with its points at their targets. Where ARAP alone lets triangles collapse on the way, something keeps them
+/// open.
+fn pinned(
+    solver: &mut Solver,
+    points: Vec<Point>,
+    energy: Energy,
+    flat: &mut Vec<[f64; 2]>,
+    run: &mut Run,
+) -> Result<(), EngineError> {
+    let bare = energy == Energy::Arap { barrier: 0.0 };
+    let free = if bare { flat.clone() } else { Vec::new() };
+    let met = constraints::meet(solver, points.clone(), energy, flat, run);
+    match met {
+        Err(EngineError::Flattening(FlatteningError::PinsNotMet { .. })) if bare => {
+            *flat = free;
+            constraints::meet(solver, points, Energy::Arap { barrier: ARAP_BARRIERS[2] }, flat, run)
+        }
+        other => other,
+    }
+}
 
 /// ARAP from the start; where triangles collapse on the way, from the balanced map, with something that keeps them open.
 fn arap(solver: &mut Solver, start: Vec<[f64; 2]>) -> Result<Found, EngineError> {
     let mut flat = start.clone();
-    let run = solver.minimise_to(Energy::Arap { barrier: 0.0 }, &mut flat, ARAP_ROUNDS, ARAP_TOLERANCE)?;
+    let energy = Energy::Arap { barrier: 0.0 };
+    let run = solver.minimise_to(energy, &mut flat, ARAP_ROUNDS, ARAP_TOLERANCE)?;
     if run.converged {
-        return Ok((flat, run));
+        return Ok((flat, run, energy));
     }
     let mut flat = start;
     let mut run = solver.minimise_to(BALANCED, &mut flat, MAX_ROUNDS, ROUGH)?;
+    let mut energy = energy;
     for barrier in ARAP_BARRIERS {
-        run = solver.minimise_to(Energy::Arap { barrier }, &mut flat, MAX_ROUNDS, JAMMED)?;
+        energy = Energy::Arap { barrier };
+        run = solver.minimise_to(energy, &mut flat, MAX_ROUNDS, JAMMED)?;
     }
-    Ok((flat, run))
+    Ok((flat, run, energy))
 }
 
 /// Mean sizes of changes, from the balanced map, whose mean strain says what is small.
@@ -142,13 +181,13 @@ fn weighted(solver: &mut Solver, start: Vec<[f64; 2]>, area: f64, shape: f64) ->
     let mut flat = start;
     let balanced = solver.minimise(BALANCED, &mut flat, MAX_ROUNDS)?;
     // Near a rigid map the energy is four times the sum of both strains' squares.
-    let strain = (balanced.energy / 8.0).sqrt();
+    let strain = (solver.shape.energy(BALANCED, &flat) / 8.0).sqrt();
     if strain < NO_STRAIN {
-        return Ok((flat, balanced));
+        return Ok((flat, balanced, BALANCED));
     }
     let energy = Energy::Robust { area, shape, soft: SOFT * strain, barrier: BARRIER };
     let run = solver.minimise(energy, &mut flat, MAX_ROUNDS)?;
-    Ok((flat, run))
+    Ok((flat, run, energy))
 }
 
 /// Whether the mesh is one disc, holes allowed. Every handle lowers the characteristic by two and every vertex where

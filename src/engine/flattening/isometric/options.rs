@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::constraints::{Kept, Pin};
+
 /// Which distortion is made least.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -81,6 +83,10 @@ impl Objective {
 pub struct IsometricOptions {
     /// Which distortion is made least.
     pub objective: Objective,
+    /// Points that are to lie at given places.
+    pub pins: Vec<Pin>,
+    /// Borders whose lengths are kept.
+    pub keep: Vec<Kept>,
 }
 
 #[cfg(test)]

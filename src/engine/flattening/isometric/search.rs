@@ -1,5 +1,6 @@
 //! How far to go along a direction: never past a flip, never up.
 
+use super::constraints::Terms;
 use super::energy::Energy;
 use super::shape::Shape;
 
@@ -17,7 +18,7 @@ const HALVINGS: usize = 40;
 
 /// Moves `from` along `direction` into `to`, and gives the energy there. `None` when no step lowers it.
 pub(super) fn search(
-    shape: &Shape,
+    (shape, terms): (&Shape, &Terms),
     energy: Energy,
     from: &[[f64; 2]],
     direction: &[[f64; 2]],
@@ -29,7 +30,7 @@ pub(super) fn search(
         for ((to, from), d) in to.iter_mut().zip(from).zip(direction) {
             *to = [from[0] + step * d[0], from[1] + step * d[1]];
         }
-        let value = shape.energy(energy, to);
+        let value = shape.energy(energy, to) + terms.energy(to);
         if value <= at_start * (1.0 + ROUNDING) + SUFFICIENT * step * slope {
             return Some((value, step));
         }

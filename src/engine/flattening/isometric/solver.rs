@@ -17,6 +17,7 @@ use std::ops::Range;
 
 use super::assembly::{Assembly, gradient_of};
 use super::cholesky::{Factor, Matrix, Symbolic};
+use super::constraints::Terms;
 use super::energy::{Curvature, Energy};
 use super::memory::Memory;
 use super::search::search;
@@ -74,7 +75,8 @@ pub(super) const PROJECTED: Curvature = Curvature::Newton { clamped: 1.0 };
 /// How a map was found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Run {
-    /// Area-weighted mean of the objective's energy; for `Balanced` the symmetric Dirichlet energy less 4.
+    /// Area-weighted mean of the objective's energy; for `Balanced` the symmetric Dirichlet energy less 4. What pins and kept
+    /// lengths ask for is not in it.
     pub energy: f64,
     /// Factorisations.
     pub rounds: usize,
@@ -94,6 +96,8 @@ pub(super) struct Solver<'a> {
     pub(super) factor: Factor<2>,
     pub(super) gradient: Vec<[f64; 2]>,
     pub(super) direction: Vec<[f64; 2]>,
+    /// What is asked beside the energy of the triangles.
+    pub(super) terms: Terms,
     next: Vec<[f64; 2]>,
     done: Vec<bool>,
     last: Vec<[f64; 2]>,
@@ -117,6 +121,7 @@ impl<'a> Solver<'a> {
             factor: Factor::new(symbolic),
             gradient: room.clone(),
             direction: room.clone(),
+            terms: Terms::default(),
             next: room.clone(),
             last: room,
             memory: Memory::default(),
@@ -134,8 +139,7 @@ impl<'a> Solver<'a> {
         flat: &mut Vec<[f64; 2]>,
         max_rounds: usize,
     ) -> Result<Run, EngineError> {
-        let tolerance = if energy.is_robust() { ROBUST_TOLERANCE } else { TOLERANCE };
-        self.minimise_to(energy, flat, max_rounds, tolerance)
+        self.minimise_to(energy, flat, max_rounds, tolerance(energy))
     }
 
     /// The same until a step promises less than a given part of the energy.
@@ -146,7 +150,7 @@ impl<'a> Solver<'a> {
         max_rounds: usize,
         tolerance: f64,
     ) -> Result<Run, EngineError> {
-        let mut run = Run { energy: self.shape.energy(energy, flat), ..Run::default() };
+        let mut run = Run { energy: self.shape.energy(energy, flat) + self.terms.energy(flat), ..Run::default() };
         let robust = energy.is_robust();
         let slow = if robust { ROBUST_SLOW } else { SLOW };
         let (mut before, mut last_step) = (f64::INFINITY, 1.0);
@@ -179,7 +183,8 @@ impl<'a> Solver<'a> {
             for kept in 0..=MAX_KEPT {
                 let enough = promise <= tolerance * run.energy + RESOLUTION;
                 let at_start = (run.energy, -2.0 * promise);
-                let Some((reached, step)) = search(self.shape, energy, flat, &self.direction, at_start, &mut self.next)
+                let Some((reached, step)) =
+                    search((self.shape, &self.terms), energy, flat, &self.direction, at_start, &mut self.next)
                 else {
                     // Nothing lower that rounding would show: the end, unless a fresh factor knows better.
                     if kept == 0 || enough {
@@ -204,6 +209,7 @@ impl<'a> Solver<'a> {
                 self.observer.check()?;
                 std::mem::swap(&mut self.gradient, &mut self.last);
                 gradient_of(self.shape, energy, flat, &mut self.gradient);
+                self.terms.add_gradient(flat, &mut self.gradient);
                 self.memory.remember(step, &self.direction, &self.last, &self.gradient);
                 let now = self.promise();
                 promises.push(now);
@@ -219,12 +225,15 @@ impl<'a> Solver<'a> {
     /// Assembles and factorises. Where the matrix turns out not to be positive, the triangles around lose all negative
     /// eigenvalues, those and no others.
     fn factorise(&mut self, energy: Energy, curvature: Curvature, flat: &[[f64; 2]]) -> Result<(), EngineError> {
-        let Self { shape, symbolic, assembly, matrix, factor, gradient, done, .. } = self;
+        let Self { shape, symbolic, assembly, matrix, factor, gradient, done, terms, .. } = self;
         assembly.hessian(shape, (energy, curvature), flat, matrix, gradient);
+        terms.add_gradient(flat, gradient);
+        terms.add_hessian(flat, curvature, matrix);
         done.fill(false);
         let mut repair = |range: Range<u32>, matrix: &mut Matrix<2>| match curvature {
             Curvature::Newton { clamped } if clamped < 1.0 => {
-                assembly.clamp(shape, (energy, clamped), flat, (range, done), matrix)
+                let edges = terms.clamp(flat, clamped, &range, matrix);
+                assembly.clamp(shape, (energy, clamped), flat, (range, done), matrix) || edges
             }
             _ => false,
         };
@@ -241,6 +250,11 @@ impl<'a> Solver<'a> {
         let slope: f64 = self.direction.iter().zip(&self.gradient).map(|(d, g)| d[0] * g[0] + d[1] * g[1]).sum();
         -0.5 * slope
     }
+}
+
+/// Part of an energy that a step must promise to be worth another one.
+pub(super) const fn tolerance(energy: Energy) -> f64 {
+    if energy.is_robust() { ROBUST_TOLERANCE } else { TOLERANCE }
 }
 
 /// Whether the factor at hand is worth a further step: as long as the last two lowered the promise faster, for their

@@ -24,14 +24,20 @@ const OBJECTIVES: [Objective; 5] = [
 ];
 
 fn solve(mesh: &Mesh, objective: Objective) -> Isometric {
-    flatten(mesh, &Topology::new(mesh).unwrap(), &IsometricOptions { objective }, &Unobserved).unwrap()
+    flatten(
+        mesh,
+        &Topology::new(mesh).unwrap(),
+        &IsometricOptions { objective, ..IsometricOptions::default() },
+        &Unobserved,
+    )
+    .unwrap()
 }
 
 fn refusal(mesh: &Mesh) -> EngineError {
     flatten(mesh, &Topology::new(mesh).unwrap(), &IsometricOptions::default(), &Unobserved).unwrap_err()
 }
 
-fn flips(mesh: &Mesh, flat: &[DVec2]) -> usize {
+pub(super) fn flips(mesh: &Mesh, flat: &[DVec2]) -> usize {
     let place = |v: u32| Coord { x: flat[v as usize].x, y: flat[v as usize].y };
     mesh.triangles.iter().filter(|t| orient2d(place(t[0]), place(t[1]), place(t[2])) <= 0.0).count()
 }
@@ -67,7 +73,7 @@ fn apart(from: &[DVec2], to: &[DVec2], mirrored: bool) -> f64 {
 }
 
 /// A spherical cap of radius 1 and half-angle `angle`: `rings` rings of 6, 12, 18, ... vertices about the pole.
-fn cap(angle: f64, rings: u32) -> Mesh {
+pub(super) fn cap(angle: f64, rings: u32) -> Mesh {
     let mut mesh = Mesh { positions: vec![DVec3::Z], ..Mesh::default() };
     let first = |ring: u32| if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
     for ring in 1..=rings {
@@ -95,7 +101,7 @@ fn cap(angle: f64, rings: u32) -> Mesh {
 }
 
 /// A saddle with waves: doubly curved, not symmetric.
-fn panel(diagonal: Diagonal, height: f64) -> Mesh {
+pub(super) fn panel(diagonal: Diagonal, height: f64) -> Mesh {
     grid(17, 13, diagonal, |u, v| {
         let (x, y) = (3.0 * u, 2.0 * v);
         DVec3::new(x, y, height * ((1.3 * x).sin() * (0.9 * y + 0.4).cos() + 0.2 * x * y))
@@ -307,7 +313,8 @@ fn what_is_no_disc_is_refused() {
     bow.positions[2].x = f64::NAN;
     assert_eq!(refusal(&bow), FlatteningError::from(MeshFault::NotFinite { vertex: 2 }).into());
     assert!(matches!(refusal(&Mesh::default()), EngineError::Flattening(FlatteningError::SeveralPieces { .. })));
-    let options = IsometricOptions { objective: Objective::Weights { area: 0.0, shape: 1.0 } };
+    let options =
+        IsometricOptions { objective: Objective::Weights { area: 0.0, shape: 1.0 }, ..IsometricOptions::default() };
     let mesh = panel(Diagonal::Regular, 0.1);
     let refused = flatten(&mesh, &Topology::new(&mesh).unwrap(), &options, &Unobserved);
     assert!(matches!(refused, Err(EngineError::Parameter { .. })));

@@ -75,6 +75,7 @@ impl Part {
             flat: &self.flat,
             part: &self.region_part(),
             placement: &self.placement,
+            holds: &[],
             curve_tolerance_mm: self.tolerance,
         };
         draw(&input, observer)
@@ -497,6 +498,7 @@ fn every_real_face_is_drawn_through_a_known_map_of_its_domain() {
                 flat: &flat,
                 part: &part,
                 placement: &Placement::default(),
+                holds: &[],
                 curve_tolerance_mm: Some(1e-5 * size),
             },
             &Unobserved,

@@ -44,7 +44,7 @@ fn overlap_count(topology: &Topology, flat: &[DVec2]) -> usize {
 /// Flattens a mesh whose free map lies on itself, and checks all that is promised.
 fn without_overlaps(mesh: &Mesh, objective: Objective) -> Injective {
     let topology = Topology::new(mesh).unwrap();
-    let options = IsometricOptions { objective };
+    let options = IsometricOptions { objective, ..IsometricOptions::default() };
     let free = free_of(mesh, &topology, &options);
     assert!(overlap_count(&topology, &free) > 0, "nothing to do");
     let found = flatten_injectively(mesh, &topology, &options, &free, &Unobserved).unwrap().unwrap();
