@@ -141,7 +141,7 @@ async fn pins_lie_where_they_are_to_in_the_report_and_in_the_drawing_and_kept_le
     // Pins in another order than on the part, and one that is not on it.
     let error = async |pins: Value| {
         let job = live.job(&json!({ "kind": "flatten", "surface": surface, "flattening": { "pins": pins } })).await;
-        live.ended(&job).await["error"].clone()
+        live.ended(&job).await["problem"].clone()
     };
     let off = error(json!([{ "at": { "xyz": [1e4, 0, 0] }, "to_mm": [0, 0] }])).await;
     assert_eq!(off["code"], "pin-off-surface", "{off}");
