@@ -20,6 +20,9 @@ pub(super) const OFF: f64 = 1e-3;
 /// Places nearer than this part of the diagonal are one place.
 pub(super) const SAME: f64 = 1e-9;
 
+/// An edge's bend by more than this part of the triangle is that of a sliver.
+const MOST_BEND: f64 = 0.5;
+
 /// Steps of the search for the surface's point nearest to a place in space; it converges quadratically.
 const PROJECTIONS: usize = 20;
 
@@ -64,7 +67,7 @@ impl OnSurface<'_> {
         let found = self.locator.locate_among(inside, |t| triangle_of(t) != u32::MAX).ok_or(None)?;
         let triangle = triangle_of(found.triangle);
         if found.inside {
-            return Ok((triangle, found.weights, Some(inside)));
+            return Ok((triangle, self.bent(found.triangle, found.weights), Some(inside)));
         }
         let corners = self.lifted.domain.triangles[found.triangle as usize].map(|v| self.lifted.domain.uv[v as usize]);
         let near: DVec2 = corners.into_iter().zip(found.weights).map(|(p, w)| p * w).sum();
@@ -81,7 +84,34 @@ impl OnSurface<'_> {
         let mesh = &self.lifted.mesh;
         let length = in_space(mesh, triangle, beyond).distance(in_space(mesh, triangle, found.weights));
         let sound = length <= CONTINUED * step && step <= CONTINUED * length;
-        Ok((triangle, if sound { beyond } else { found.weights }, Some(inside)))
+        let weights = if sound { beyond } else { found.weights };
+        Ok((triangle, self.bent(found.triangle, weights), Some(inside)))
+    }
+
+    /// The weights of a triangle's point with what the surface's bulge adds to the map there, as the pattern's curves have
+    /// it (see [`crate::engine::pattern`]): the bend of each edge is a combination of the corners too. It is that of this
+    /// triangle alone, which at the part's border is all there is, and inside differs from the mean of both sides by a
+    /// third power of the edge length.
+    fn bent(&self, domain_triangle: u32, weights: [f64; 3]) -> [f64; 3] {
+        let uv = self.lifted.domain.triangles[domain_triangle as usize].map(|v| self.lifted.domain.uv[v as usize]);
+        let corners = measures::corners(&self.lifted.mesh, self.lifted.triangle_of[domain_triangle as usize]);
+        let [e, f] = [corners[1] - corners[0], corners[2] - corners[0]];
+        let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
+        let area = ee * ff - ef * ef;
+        let mut bent = weights;
+        for k in 0..3 {
+            let next = (k + 1) % 3;
+            let middle = 0.5 * (uv[k] + uv[next]);
+            let off = self.surface.point(middle.x, middle.y) - 0.5 * (corners[k] + corners[next]);
+            let (oe, of) = (off.dot(e), off.dot(f));
+            let (x, y) = ((oe * ff - of * ef) / area, (of * ee - oe * ef) / area);
+            // A sliver says nothing; nor does a number that is none.
+            if x.abs().max(y.abs()) <= MOST_BEND {
+                let share = 4.0 * weights[k] * weights[next];
+                bent = [bent[0] - share * (x + y), bent[1] + share * x, bent[2] + share * y];
+            }
+        }
+        bent
     }
 
     pub(super) fn at_xyz(&self, xyz: DVec3, near: &Near) -> Located {
