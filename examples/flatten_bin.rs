@@ -26,10 +26,11 @@ fn main() -> Result<()> {
     let (mut times, mut cpu) = (Vec::new(), Vec::new());
     let mut found = None;
     for _ in 0..repetitions.parse::<usize>()?.max(1) {
-        let (started, before) = (Instant::now(), cpu_seconds());
+        let started = Instant::now();
+        let before = cpu_seconds(started);
         let result = whole(&mesh, &options);
         times.push(started.elapsed().as_secs_f64());
-        cpu.push(cpu_seconds().zip(before).map_or_else(|| started.elapsed().as_secs_f64(), |(now, then)| now - then));
+        cpu.push(cpu_seconds(started) - before);
         match result {
             Ok(map) => found = Some(map),
             Err(why) => {
@@ -86,14 +87,14 @@ fn read(bytes: &[u8]) -> Option<Mesh> {
     })
 }
 
-/// CPU time of this process (of one thread), where the system tells it.
+/// CPU time of this process, which has one thread; where the system does not tell it, the time since the call began.
 #[cfg(unix)]
-fn cpu_seconds() -> Option<f64> {
+fn cpu_seconds(_started: Instant) -> f64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-    Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 #[cfg(not(unix))]
-fn cpu_seconds() -> Option<f64> {
-    None
+fn cpu_seconds(started: Instant) -> f64 {
+    started.elapsed().as_secs_f64()
 }
