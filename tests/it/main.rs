@@ -6,7 +6,6 @@ mod formats_parts;
 mod formats_programs;
 mod support;
 
-mod against_cader;
 mod api_calls;
 mod api_events;
 mod api_faults;
@@ -16,7 +15,6 @@ mod api_methods;
 mod api_results;
 mod architecture;
 mod contract;
-mod outlines;
 mod queue_bounds;
 mod queue_crashes;
 mod queue_drain;

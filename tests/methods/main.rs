@@ -1,0 +1,7 @@
+//! What the methods promise on whole parts, without the service: a binary of its own, since its meshes are large and other
+//! tests watch their process's memory.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod against_cader;
+mod outlines;
