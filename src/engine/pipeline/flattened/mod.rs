@@ -1,20 +1,23 @@
 //! The second half of the way: seeds are chosen, pieces are flattened one by one, each in its own
 //! coordinates: the pattern lays them side by side.
 
+mod least;
+mod of_whole;
+
 use glam::{DVec2, DVec3};
 
+pub(super) use self::least::lies_on_itself;
+use self::of_whole::{furthest, piece_fault, reason, whole_mesh};
 use super::centred::Centred;
 use super::constraints::Constraints;
 use super::meshed::Meshed;
 use crate::engine::budget::{Observer, Stage};
-use crate::engine::distortion::{self, DevelopableReport, InjectiveReport, SeedSearchReport, SolverReport};
+use crate::engine::distortion::{DevelopableReport, InjectiveReport, SeedSearchReport, SolverReport};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::cader::{self, Stop};
-use crate::engine::flattening::developable::{self, UNFOLDED_STRAIN};
-use crate::engine::flattening::isometric::{self, Injective, IsometricOptions};
 use crate::engine::flattening::{FlatteningError, FlatteningMethod, LevelCounts, SeedChoice};
 use crate::engine::job::JobOptions;
-use crate::engine::mesh::{Mesh, MeshFault, Piece, Topology, check_sheet, measures, pieces, sheet as sheet_of};
+use crate::engine::mesh::{Mesh, Piece, Topology, check_sheet, pieces, sheet as sheet_of};
 use crate::engine::pattern::Hold;
 use crate::engine::seed::{SeedLandscape, SeedOutcome, SeedSearch, locate, search};
 
@@ -190,22 +193,6 @@ pub(super) fn flatten(sheet: &Sheet, options: &JobOptions, observer: &dyn Observ
     }
 }
 
-/// Why a piece is left out, without its number.
-fn reason(error: &FlatteningError) -> String {
-    match error {
-        FlatteningError::Piece { fault, .. } => fault.to_string(),
-        other => other.to_string(),
-    }
-}
-
-/// The fault of a piece in the numbers of the whole mesh, with its place.
-fn piece_fault(fault: MeshFault, piece: &Piece, number: usize, pieces: usize) -> FlatteningError {
-    let mut place = fault.place_in(&piece.mesh);
-    let fault = fault.in_whole(piece);
-    place.triangle = fault.triangle();
-    FlatteningError::Piece { piece: number as u32, pieces: pieces as u32, fault, place: Box::new(place) }
-}
-
 /// The seed as a triangle of the whole mesh, where the options name one.
 pub(super) fn named_seed(
     meshed: &Meshed,
@@ -257,104 +244,6 @@ impl PieceJob<'_> {
             FlatteningMethod::Isometric => Ok((self.isometric(observer, laid)?, None)),
             FlatteningMethod::Cader => self.cader(observer, laid),
         }
-    }
-
-    /// The map of least distortion; of a piece without curvature the one without any.
-    fn isometric(&self, observer: &dyn Observer, laid: &mut Laid) -> Result<Vec<DVec2>, EngineError> {
-        let mesh = &self.piece.mesh;
-        observer.enter(Stage::Flattening);
-        observer.check()?;
-        let pins = self.constraints.pins(self.piece);
-        if self.is_surface
-            && let Some(unfolded) = developable::unfold(mesh, self.topology, UNFOLDED_STRAIN, observer)?
-            && let Some(hold) = pins.hold_exactly(mesh, &unfolded.flat)
-        {
-            laid.holds[self.number] = hold;
-            let free = Free { flat: unfolded.flat, energy: 0.0 };
-            return match self.without_overlaps(free, observer, laid)? {
-                Continued::Not(flat) => {
-                    let strain =
-                        laid.developable.as_ref().map_or(unfolded.strain, |all| all.strain.max(unfolded.strain));
-                    laid.developable = Some(DevelopableReport { kind: "mesh".to_owned(), strain });
-                    laid.flattened += mesh.triangles.len() as u64;
-                    Ok(flat)
-                }
-                Continued::Yes(found) => {
-                    Ok(self.solved(found.flat, (found.rounds, found.energy_after), found.converged, laid))
-                }
-            };
-        }
-        let objective = self.options.flattening.objective();
-        let outline = if self.constraints.asks_for_outline(self.topology) {
-            let free = IsometricOptions { objective, ..IsometricOptions::default() };
-            outline_of(self.topology, &isometric::flatten(mesh, self.topology, &free, observer)?.flat)
-        } else {
-            0
-        };
-        let topologies = (self.whole, self.topology);
-        let keep = self.constraints.lengths((self.number, self.piece), topologies, outline);
-        let asked = IsometricOptions { objective, pins: pins.to_solve(), keep };
-        let found = isometric::flatten(mesh, self.topology, &asked, observer).map_err(|e| pins.whole(mesh, e))?;
-        laid.holds[self.number] = pins.solved(mesh, &found.flat);
-        let (rounds, energy, converged) = (found.run.rounds, found.run.energy, found.run.converged);
-        match self.without_overlaps(Free { flat: found.flat, energy }, observer, laid)? {
-            Continued::Not(flat) => Ok(self.solved(flat, (rounds, energy), converged, laid)),
-            Continued::Yes(found) => {
-                let rounds = rounds + found.rounds;
-                Ok(self.solved(found.flat, (rounds, found.energy_after), found.converged, laid))
-            }
-        }
-    }
-
-    /// Notes how a map was found, and gives it back.
-    fn solved(&self, flat: Vec<DVec2>, (rounds, energy): (usize, f64), converged: bool, laid: &mut Laid) -> Vec<DVec2> {
-        let mesh = &self.piece.mesh;
-        laid.flattened += mesh.triangles.len() as u64;
-        let area = measures::total_area(mesh);
-        let (all, before) =
-            laid.solver.get_or_insert((SolverReport { converged: true, ..SolverReport::default() }, 0.0));
-        all.rounds += rounds as u64;
-        all.converged &= converged;
-        all.energy = (all.energy * *before + energy * area) / (*before + area);
-        *before += area;
-        flat
-    }
-
-    /// The map as it is, or, where that is asked for and it lies on itself, one that does not.
-    fn without_overlaps(&self, free: Free, observer: &dyn Observer, laid: &mut Laid) -> Result<Continued, EngineError> {
-        if !self.options.flattening.injective() {
-            return Ok(Continued::Not(free.flat));
-        }
-        let mesh = &self.piece.mesh;
-        let part: Option<Vec<bool>> =
-            self.part.map(|part| self.piece.triangle_of.iter().map(|&t| part.get(t as usize) == Some(&true)).collect());
-        let asked = IsometricOptions { objective: self.options.flattening.objective(), ..IsometricOptions::default() };
-        let found = if lies_on_itself((mesh, self.topology), part.as_deref(), &free.flat, observer)? {
-            let found = isometric::flatten_injectively(mesh, self.topology, &asked, &free.flat, observer)?;
-            if found.is_none() {
-                laid.warnings.push("no map was found that does not lie on itself: the part is too curved".to_owned());
-            }
-            found
-        } else {
-            None
-        };
-        let area = measures::total_area(mesh);
-        let (all, before) =
-            laid.injective.get_or_insert((InjectiveReport { converged: true, ..InjectiveReport::default() }, 0.0));
-        let mean = |all: f64, own: f64| (all * *before + own * area) / (*before + area);
-        let own = found.as_ref().map_or([free.energy; 2], |found| [found.energy_before, found.energy_after]);
-        all.energy_before = mean(all.energy_before, own[0]);
-        all.energy_after = mean(all.energy_after, own[1]);
-        *before += area;
-        Ok(match found {
-            Some(found) => {
-                all.continued = true;
-                all.rounds += found.rounds as u64;
-                all.converged &= found.converged;
-                Continued::Yes(Box::new(found))
-            }
-            None => Continued::Not(free.flat),
-        })
     }
 
     /// Cader's flattening from the seed that was chosen.
@@ -438,59 +327,6 @@ impl PieceJob<'_> {
     }
 }
 
-/// The seed that got furthest when none succeeds.
-fn furthest(error: &FlatteningError) -> u32 {
-    match error {
-        FlatteningError::Flipped { seed, .. } => *seed,
-        FlatteningError::NoSeed { furthest: error, .. } | FlatteningError::BudgetSpent { furthest: error, .. } => {
-            furthest(error)
-        }
-        _ => 0,
-    }
-}
-
-/// A map that may lie on itself.
-struct Free {
-    flat: Vec<DVec2>,
-    energy: f64,
-}
-
-/// What became of it.
-enum Continued {
-    Not(Vec<DVec2>),
-    Yes(Box<Injective>),
-}
-
-/// Whether the part of a flat mesh (all of it where none is named) lies on itself anywhere.
-///
-/// # Errors
-/// [`EngineError::Cancelled`] when the observer asks for it.
-pub(super) fn lies_on_itself(
-    (mesh, topology): (&Mesh, &Topology),
-    part: Option<&[bool]>,
-    flat: &[DVec2],
-    observer: &dyn Observer,
-) -> Result<bool, EngineError> {
-    let own = part.and_then(|part| {
-        let triangles: Vec<[u32; 3]> =
-            mesh.triangles.iter().zip(part).filter(|(_, belongs)| **belongs).map(|(t, _)| *t).collect();
-        Topology::of_triangles(&triangles, mesh.positions.len()).ok()
-    });
-    let found = distortion::overlaps(flat, own.as_ref().unwrap_or(topology), observer)?;
-    Ok(!(found.complete && found.regions.is_empty()))
-}
-
-/// The border that encloses the largest area in the plane, the first of equals.
-fn outline_of(topology: &Topology, flat: &[DVec2]) -> usize {
-    let area = |border: &[u32]| {
-        let origin = border.first().map_or(DVec2::ZERO, |&h| flat[topology.origin(h) as usize]);
-        let at = |v: u32| flat[v as usize] - origin;
-        border.iter().map(|&h| at(topology.origin(h)).perp_dot(at(topology.target(h)))).sum::<f64>().abs()
-    };
-    let areas = topology.borders().map(area).enumerate();
-    areas.fold((0, f64::NEG_INFINITY), |best, (k, area)| if area > best.1 { (k, area) } else { best }).0
-}
-
 /// The mesh as its own only piece.
 fn whole(mesh: &Mesh) -> Piece {
     Piece {
@@ -503,30 +339,5 @@ fn whole(mesh: &Mesh) -> Piece {
 fn place_piece(all: &mut [DVec2], piece: &Piece, flat: &[DVec2]) {
     for (&v, &p) in piece.vertex_of.iter().zip(flat) {
         all[v as usize] = p;
-    }
-}
-
-/// An error of a piece with the triangles of the whole mesh.
-fn whole_mesh(error: FlatteningError, piece: &Piece) -> FlatteningError {
-    let of_whole = |t: u32| piece.triangle_of.get(t as usize).copied().unwrap_or(t);
-    match error {
-        FlatteningError::Flipped { triangle, level, seed, flattened, total, mut place } => {
-            place.triangle = place.triangle.map(of_whole);
-            FlatteningError::Flipped {
-                triangle: of_whole(triangle),
-                level,
-                seed: of_whole(seed),
-                flattened,
-                total,
-                place,
-            }
-        }
-        FlatteningError::NoSeed { tried, furthest } => {
-            FlatteningError::NoSeed { tried, furthest: Box::new(whole_mesh(*furthest, piece)) }
-        }
-        FlatteningError::BudgetSpent { tried, seeds, furthest } => {
-            FlatteningError::BudgetSpent { tried, seeds, furthest: Box::new(whole_mesh(*furthest, piece)) }
-        }
-        other => other,
     }
 }
