@@ -79,8 +79,8 @@ pub enum FlatteningError {
     TooCurved,
     /// Pinned points cannot all come to lie at their targets.
     #[error(
-        "pin {pin} cannot come to lie where it is to without a triangle turning over: {residual_mm:.6} mm are left, more than for \
-         any other pin"
+        "no map without a flip was found that brings pin {pin} to where it is to lie: {residual_mm:.3e} mm are left, more than \
+         for any other pin"
     )]
     PinsNotMet {
         /// The pin that lacks most.

@@ -235,6 +235,12 @@ impl FlatteningOptions {
         self.keep.as_deref().unwrap_or_default()
     }
 
+    /// Whether there are pins or kept lengths.
+    #[must_use]
+    pub fn is_constrained(&self) -> bool {
+        !(self.pins().is_empty() && self.keep().is_empty())
+    }
+
     /// The readings of `cader`, the default filled in.
     #[must_use]
     pub fn readings(&self) -> Readings {

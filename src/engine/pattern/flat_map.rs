@@ -11,7 +11,7 @@
 //! Of a surface that was unrolled exactly the place in the plane comes from that map, and from the triangle only the place
 //! on the mesh.
 
-use std::cell::Cell;
+use std::cell::RefCell;
 
 use glam::{DVec2, DVec3};
 
@@ -29,6 +29,9 @@ const CONTINUED: f64 = 2.0;
 /// A point outside of the mesh by less than this part of a triangle counts as on its border: rounding.
 const HAIR: f64 = 1e-9;
 
+/// Triangles whose bends are remembered at a time: more than curves cross on meshes that are drawn in a moment.
+const REMEMBERED: usize = 4096;
+
 /// A flattened mesh as a map of its domain.
 #[derive(Debug)]
 pub(super) struct FlatMap<'a> {
@@ -38,8 +41,9 @@ pub(super) struct FlatMap<'a> {
     locator: &'a Locator<'a>,
     topology: &'a Topology,
     exact: Option<&'a Unrolled>,
-    /// The triangle of the domain that was asked for last, and the bends of its edges: curves stay in one for a while.
-    last: Cell<Option<(u32, [DVec2; 3])>>,
+    /// Bends of triangles of the domain that were asked for, each at its number modulo [`REMEMBERED`]: curves are walked
+    /// along several times, and stay in one triangle for a while.
+    bends: RefCell<Vec<(u32, [DVec2; 3])>>,
 }
 
 /// A point of the domain on the mesh and in the plane.
@@ -54,7 +58,7 @@ pub(super) struct Mapped {
 impl<'a> FlatMap<'a> {
     /// The map of a mesh whose vertex `k` lies at `flat[k]`; with the mesh's topology, the domain mesh's locator, and the
     /// map that the vertices were placed by when they were unrolled.
-    pub(super) const fn new(
+    pub(super) fn new(
         surface: &'a Surface,
         lifted: &'a Lifted,
         topology: &'a Topology,
@@ -62,7 +66,7 @@ impl<'a> FlatMap<'a> {
         flat: &'a [DVec2],
         exact: Option<&'a Unrolled>,
     ) -> Self {
-        Self { surface, lifted, flat, locator, topology, exact, last: Cell::new(None) }
+        Self { surface, lifted, flat, locator, topology, exact, bends: RefCell::default() }
     }
 
     /// How many pieces the mesh has.
@@ -172,10 +176,13 @@ impl<'a> FlatMap<'a> {
 
     /// The bends of the edges (0, 1), (1, 2), (2, 0) of a triangle of the domain.
     fn bends(&self, triangle: u32) -> [DVec2; 3] {
-        if let Some((last, bends)) = self.last.get()
-            && last == triangle
-        {
-            return bends;
+        let slot = triangle as usize % REMEMBERED.min(self.lifted.domain.triangles.len());
+        let mut remembered = self.bends.borrow_mut();
+        if remembered.is_empty() {
+            remembered.resize(REMEMBERED.min(self.lifted.domain.triangles.len()), (u32::MAX, [DVec2::ZERO; 3]));
+        }
+        if remembered[slot].0 == triangle {
+            return remembered[slot].1;
         }
         let own = self.mesh_triangle(triangle);
         // A triangle that vanished in space has no plane, and an exact map needs no bends.
@@ -193,7 +200,7 @@ impl<'a> FlatMap<'a> {
                 bend(off, [Some(here), beyond.map(|t| self.laid(t.map(|k| k as usize)))], CONTINUED)
             })
         };
-        self.last.set(Some((triangle, bends)));
+        remembered[slot] = (triangle, bends);
         bends
     }
 

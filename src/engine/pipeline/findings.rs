@@ -78,11 +78,12 @@ impl Lying<'_> {
         distortion::hot_spots(self.mesh, self.topology, self.flat, self.part, limit)
     }
 
-    /// What the report says of overlaps, in a sentence for the warnings; `None` when there are none.
-    pub(super) fn warning(report: &FlatteningReport) -> Option<String> {
+    /// What the report says of overlaps, in a sentence for the warnings; `None` when there are none. `constrained` says that
+    /// there are pins or kept lengths, beside which overlaps cannot be removed.
+    pub(super) fn warning(report: &FlatteningReport, constrained: bool) -> Option<String> {
         let count = report.overlaps.filter(|&n| n > 0)?;
         let area: f64 = report.overlap_places.iter().map(|o| o.area_mm2).sum();
-        let try_next = if report.injective.is_some() {
+        let try_next = if report.injective.is_some() || constrained {
             "divide the part"
         } else if report.solver.is_some() || report.developable.is_some() {
             "`flattening.injective: true` lays it so that it can, or divide the part"

@@ -281,7 +281,7 @@ fn flatten(
     observer.check()?;
     let mut warnings = meshed.warnings();
     warnings.extend(laid.warnings.iter().cloned());
-    warnings.extend(Lying::warning(&flattening));
+    warnings.extend(Lying::warning(&flattening, options.flattening.is_constrained()));
     let mut filled = meshed.options.clone();
     filled.flattening = options.filled_flattening();
     filled.flattening.seed = laid.seed_choice;

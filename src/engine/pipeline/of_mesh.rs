@@ -161,7 +161,7 @@ fn flatten(
     observer.check()?;
     let mut outcome = meshed(ready, options);
     outcome.report.warnings.extend(laid.warnings.iter().cloned());
-    outcome.report.warnings.extend(Lying::warning(&flattening));
+    outcome.report.warnings.extend(Lying::warning(&flattening, options.flattening.is_constrained()));
     outcome.options.flattening = filled(options);
     outcome.options.flattening.seed = laid.seed_choice;
     outcome.strain_percent = Some(lying.strains());

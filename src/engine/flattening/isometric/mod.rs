@@ -114,8 +114,9 @@ pub fn flatten(
     let mut solver = Solver::new(&shape, &symbolic, &assembly, observer);
     let start = start::start(&mut solver, mesh, topology)?;
     solver.terms.edges = constraints::edges((mesh, topology), (&shape, &symbolic), options);
-    let (mut flat, mut run, energy) = match (options.objective, weights) {
-        (_, Some([area, shape])) => weighted(&mut solver, start, area, shape)?,
+    let points = constraints::points(mesh, (&shape, &symbolic), &options.pins).ok_or_else(|| mismatch(topology))?;
+    let (mut flat, mut run, mut energy) = match (options.objective, weights) {
+        (_, Some(weights)) => weighted(&mut solver, start, weights)?,
         (Objective::Arap, None) => arap(&mut solver, start)?,
         _ => {
             let mut flat = start;
@@ -124,8 +125,14 @@ pub fn flatten(
         }
     };
     if !options.pins.is_empty() {
-        let points = constraints::points(mesh, (&shape, &symbolic), &options.pins);
-        let points = points.ok_or_else(|| mismatch(topology))?;
+        if let Some(weights) = weights
+            && !constraints::are_met_rigidly(&points, &flat)
+        {
+            // Most of the strain may be the pins': what is small is known when they are met.
+            run = solver.minimise(BALANCED, &mut flat, MAX_ROUNDS)?;
+            pinned(&mut solver, points.clone(), BALANCED, &mut flat, &mut run)?;
+            energy = sizes(&solver, &flat, weights);
+        }
         pinned(&mut solver, points, energy, &mut flat, &mut run)?;
     }
     if !(options.pins.is_empty() && options.keep.is_empty()) {
@@ -150,6 +157,10 @@ fn pinned(
     let free = if bare { flat.clone() } else { Vec::new() };
     let met = constraints::meet(solver, points.clone(), energy, flat, run);
     match met {
+        Ok(()) if bare && !run.converged => {
+            *flat = free;
+            constraints::meet(solver, points, Energy::Arap { barrier: ARAP_BARRIERS[2] }, flat, run)
+        }
         Err(EngineError::Flattening(FlatteningError::PinsNotMet { .. })) if bare => {
             *flat = free;
             constraints::meet(solver, points, Energy::Arap { barrier: ARAP_BARRIERS[2] }, flat, run)
@@ -177,17 +188,25 @@ fn arap(solver: &mut Solver, start: Vec<[f64; 2]>) -> Result<Found, EngineError>
 }
 
 /// Mean sizes of changes, from the balanced map, whose mean strain says what is small.
-fn weighted(solver: &mut Solver, start: Vec<[f64; 2]>, area: f64, shape: f64) -> Result<Found, EngineError> {
+fn weighted(solver: &mut Solver, start: Vec<[f64; 2]>, weights: [f64; 2]) -> Result<Found, EngineError> {
     let mut flat = start;
     let balanced = solver.minimise(BALANCED, &mut flat, MAX_ROUNDS)?;
-    // Near a rigid map the energy is four times the sum of both strains' squares.
-    let strain = (solver.shape.energy(BALANCED, &flat) / 8.0).sqrt();
-    if strain < NO_STRAIN {
+    let energy = sizes(solver, &flat, weights);
+    if energy == BALANCED {
         return Ok((flat, balanced, BALANCED));
     }
-    let energy = Energy::Robust { area, shape, soft: SOFT * strain, barrier: BARRIER };
     let run = solver.minimise(energy, &mut flat, MAX_ROUNDS)?;
     Ok((flat, run, energy))
+}
+
+/// The energy of sizes around a balanced map, whose mean strain says what is small; of a map without strain its own.
+fn sizes(solver: &Solver, flat: &[[f64; 2]], [area, shape]: [f64; 2]) -> Energy {
+    // Near a rigid map the energy is four times the sum of both strains' squares.
+    let strain = (solver.shape.energy(BALANCED, flat) / 8.0).sqrt();
+    if strain < NO_STRAIN {
+        return BALANCED;
+    }
+    Energy::Robust { area, shape, soft: SOFT * strain, barrier: BARRIER }
 }
 
 /// Whether the mesh is one disc, holes allowed. Every handle lowers the characteristic by two and every vertex where

@@ -57,7 +57,9 @@ pub(super) fn first_flip(shape: &Shape, from: &[[f64; 2]], direction: &[[f64; 2]
         let [a, b, c] = cell.corners.map(|v| v as usize);
         let (e, f) = (minus(from[b], from[a]), minus(from[c], from[a]));
         let (u, v) = (minus(direction[b], direction[a]), minus(direction[c], direction[a]));
-        first = first.min(least_positive_root(cross(u, v), cross(e, v) + cross(u, f), cross(e, f)));
+        // A sliver's determinant may round below nought, where its map's does not: nothing is left of the way then.
+        let at_start = cross(e, f).max(0.0);
+        first = first.min(least_positive_root(cross(u, v), cross(e, v) + cross(u, f), at_start).max(0.0));
     }
     first
 }

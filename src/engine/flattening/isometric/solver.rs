@@ -64,8 +64,10 @@ const LEAST_CLAMPED: f64 = 0.1;
 /// Where less than this part of a step can be taken, the share rises again: the exact Hessian looks too far.
 const SHORT: f64 = 0.6;
 
-/// Where less than this part of a step can be taken, ARAP, which does not keep triangles from collapsing, is jammed by one.
+/// Where less than this part of a step can be taken in as many rounds in turn, ARAP, which does not keep triangles from
+/// collapsing, is taken to be jammed by one. Once may be an energy that is far from its parabola.
 const JAM: f64 = 0.1;
+const JAMMED_ROUNDS: usize = 2;
 
 /// Unknowns that may lack a positive pivot: moving and turning the whole costs no energy.
 const RIGID: usize = 3;
@@ -153,13 +155,14 @@ impl<'a> Solver<'a> {
         let mut run = Run { energy: self.shape.energy(energy, flat) + self.terms.energy(flat), ..Run::default() };
         let robust = energy.is_robust();
         let slow = if robust { ROBUST_SLOW } else { SLOW };
-        let (mut before, mut last_step) = (f64::INFINITY, 1.0);
+        let (mut before, mut last_step, mut jammed) = (f64::INFINITY, 1.0, 0);
         let mut promises = Vec::with_capacity(MAX_KEPT + 2);
         let mut curvature = if robust || run.energy > FAR { Curvature::Secant } else { PROJECTED };
         while run.rounds < max_rounds {
             self.observer.check()?;
             self.observer.progress(run.rounds as f64 / (run.rounds + 4) as f64);
-            if last_step < JAM && energy == (Energy::Arap { barrier: 0.0 }) {
+            jammed = if last_step < JAM { jammed + 1 } else { 0 };
+            if jammed == JAMMED_ROUNDS && energy == (Energy::Arap { barrier: 0.0 }) {
                 return Ok(run);
             }
             let gain = (before - run.energy) / before;

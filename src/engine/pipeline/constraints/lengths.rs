@@ -86,10 +86,17 @@ fn loops_of_borders(meshed: &Meshed) -> Vec<usize> {
     topology.borders().map(nearest).collect()
 }
 
-/// How many borders a piece has.
-pub(super) fn borders_of(topology: &Topology, piece: usize) -> usize {
-    let of = |border: &&[u32]| border.first().map(|&h| topology.piece_of()[h as usize / 3] as usize) == Some(piece);
-    topology.borders().filter(of).count()
+/// For each piece how many borders the pieces before it have.
+pub(super) fn borders_before(topology: &Topology) -> Vec<usize> {
+    let mut counts = vec![0; topology.piece_count()];
+    for &h in topology.borders().filter_map(|border| border.first()) {
+        counts[topology.piece_of()[h as usize / 3] as usize] += 1;
+    }
+    let mut before = 0;
+    for count in &mut counts {
+        before += std::mem::replace(count, before);
+    }
+    counts
 }
 
 /// A border of the whole in the numbers of a piece, where it is the piece's.

@@ -11,6 +11,8 @@ mod places;
 #[cfg(test)]
 mod tests;
 
+use std::cell::OnceCell;
+
 use glam::{DVec2, DVec3};
 
 use self::places::{Located, Near, OFF, OnSurface, SAME, chord, in_space};
@@ -59,6 +61,8 @@ pub(super) struct Constraints {
     mirrored: bool,
     /// Of the part.
     diagonal: f64,
+    /// For each piece of the whole how many borders the pieces before it have; counted when first asked for.
+    borders_before: OnceCell<Vec<usize>>,
 }
 
 /// The pins of one piece, in its own numbers.
@@ -225,7 +229,7 @@ impl Constraints {
                 Length::Borders(weight) => (Some(KeptCurve::Borders), weight),
                 Length::Border(border, weight) => (lengths::border_in(piece, whole, own, border as usize), weight),
                 Length::Drawn(border, weight) => {
-                    let before = (0..number).map(|p| lengths::borders_of(whole, p)).sum::<usize>();
+                    let before = self.borders_before.get_or_init(|| lengths::borders_before(whole))[number];
                     let index = (border as usize).checked_sub(before).filter(|&k| k < own.border_count());
                     let drawn = index.map(|k| match k {
                         0 => outline,

@@ -203,8 +203,17 @@ fn pins_that_are_not_on_the_part_or_contradict_each_other_are_refused_with_their
     let pin = |at, to_mm| PinAt { at, to_mm };
     let size = 0.5;
     let pins = |sign: f64| vec![pin(a, [0.0, 0.0]), pin(b, [size, 0.0]), pin(c, [0.0, sign * size])];
-    let refused = [1.0, -1.0].map(|sign| run(JobKind::Flatten, &part, &with_pins(pins(sign)), &Unobserved).is_err());
-    assert!(refused[0] || refused[1], "one of both is a mirror image");
+    let refused = [1.0, -1.0].map(|sign| match run(JobKind::Flatten, &part, &with_pins(pins(sign)), &Unobserved) {
+        Ok(_) => false,
+        Err(failure) => {
+            assert!(
+                matches!(failure.error, EngineError::Flattening(FlatteningError::PinsNotMet { .. })),
+                "{failure:?}"
+            );
+            true
+        }
+    });
+    assert!(refused[0] != refused[1], "one of both is a mirror image: {refused:?}");
 }
 
 /// Two panels, the second far from the first; the first with a hole.

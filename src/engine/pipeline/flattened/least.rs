@@ -81,12 +81,18 @@ impl PieceJob<'_> {
         let part: Option<Vec<bool>> =
             self.part.map(|part| self.piece.triangle_of.iter().map(|&t| part.get(t as usize) == Some(&true)).collect());
         let asked = IsometricOptions { objective: self.options.flattening.objective(), ..IsometricOptions::default() };
+        let mut failed = false;
         let found = if lies_on_itself((mesh, self.topology), part.as_deref(), &free.flat, observer)? {
             let found = isometric::flatten_injectively(mesh, self.topology, &asked, &free.flat, observer)?;
-            if found.is_none() {
-                laid.warnings.push("no map was found that does not lie on itself: the part is too curved".to_owned());
+            let still = match &found {
+                Some(found) => lies_on_itself((mesh, self.topology), part.as_deref(), &found.flat, observer)?,
+                None => true,
+            };
+            if still {
+                laid.warnings.push("no map was found that does not lie on itself: divide the part".to_owned());
             }
-            found
+            failed = still;
+            found.filter(|_| !still)
         } else {
             None
         };
@@ -98,14 +104,14 @@ impl PieceJob<'_> {
         all.energy_before = mean(all.energy_before, own[0]);
         all.energy_after = mean(all.energy_after, own[1]);
         *before += area;
-        Ok(match found {
-            Some(found) => {
-                all.continued = true;
-                all.rounds += found.rounds as u64;
-                all.converged &= found.converged;
-                Continued::Yes(Box::new(found))
-            }
-            None => Continued::Not(free.flat),
+        Ok(if let Some(found) = found {
+            all.continued = true;
+            all.rounds += found.rounds as u64;
+            all.converged &= found.converged;
+            Continued::Yes(Box::new(found))
+        } else {
+            all.converged &= !failed;
+            Continued::Not(free.flat)
         })
     }
 }

@@ -40,6 +40,9 @@ use crate::engine::mesh::{Mesh, Topology};
 /// vertices leaves some 1e-12.
 const MET: f64 = 1e-10;
 
+/// The same where no further turn brings points nearer: below what a cutter can follow, and the report says how much it is.
+const NEARLY_MET: f64 = 1e-7;
+
 /// The first stiffness, beside an energy whose curvature is near 8. Larger, and points that are far from their targets pull
 /// spikes out of the mesh on the way; smaller, and a turn more is needed.
 const FIRST: f64 = 1e2;
@@ -200,11 +203,19 @@ pub(super) fn meet(
         solver.terms.stiffen((STIFFER * stiffness).min(GREATEST));
     }
     let (pin, gap) = solver.terms.worst(flat);
-    if gap <= MET {
+    if gap <= NEARLY_MET {
         return Ok(());
     }
     let residual_mm = gap * solver.shape.unit;
     Err(FlatteningError::PinsNotMet { pin: pin as u32, residual_mm, place: Box::default() }.into())
+}
+
+/// Whether moving and turning a map is all that its points need.
+pub(super) fn are_met_rigidly(points: &[Point], flat: &[[f64; 2]]) -> bool {
+    let mut moved = flat.to_vec();
+    move_near(points, &mut moved);
+    let gap = |p: &Point| DVec2::from_array(p.place(&moved)).distance(DVec2::from_array(p.target()));
+    points.iter().all(|p| gap(p) <= MET)
 }
 
 /// The rigid motion that brings the points nearest to their targets.

@@ -101,24 +101,14 @@ pub fn flatten_injectively(
     let free: Vec<DVec2> = free.iter().map(|&p| p / shape.unit).collect();
     let borders = topology.borders().map(|b| b.iter().map(|&h| topology.origin(h)).collect()).collect();
     let mut way = Way { mesh, topology, borders, shape, free, flat: Vec::new(), rounds: 0, converged: false, observer };
-    let mut starts = spirals((&way.shape, topology), &way.free, observer)?;
-    if starts.is_empty() {
+    let mut best = way.best_of(spirals((&way.shape, topology), &way.free, observer)?)?;
+    if best.is_none() {
         let mut round = convex(mesh, topology, observer)?;
         if scale(&way.shape, &mut round) && way.shape.energy(BALANCED, &round) < f64::INFINITY {
-            starts.push(round);
+            best = way.best_of(vec![round])?;
         }
     }
-    let mut best: Option<(f64, Vec<[f64; 2]>)> = None;
-    for start in starts {
-        way.flat = start;
-        if way.lower(BALANCED, ROUGH)? {
-            let energy = way.shape.energy(BALANCED, &way.flat);
-            if best.as_ref().is_none_or(|(least, _)| energy < *least) {
-                best = Some((energy, way.flat.clone()));
-            }
-        }
-    }
-    let Some((_, flat)) = best else { return Ok(None) };
+    let Some(flat) = best else { return Ok(None) };
     way.flat = flat;
     way.lower(BALANCED, NEAR)?;
     way.lower(BALANCED, FINE)?;
@@ -160,21 +150,49 @@ struct Way<'a> {
 }
 
 impl Way<'_> {
-    /// Lowers an energy of the part as far as it goes; false when not even a first scaffold could be made.
+    /// What the start with the least energy comes to, roughly. `None` when there is a scaffold around none of them.
+    fn best_of(&mut self, starts: Vec<Vec<[f64; 2]>>) -> Result<Option<Vec<[f64; 2]>>, EngineError> {
+        let mut best: Option<(f64, Vec<[f64; 2]>)> = None;
+        for start in starts {
+            self.flat = start;
+            if self.lower(BALANCED, ROUGH)? {
+                let energy = self.shape.energy(BALANCED, &self.flat);
+                if best.as_ref().is_none_or(|(least, _)| energy < *least) {
+                    best = Some((energy, self.flat.clone()));
+                }
+            }
+        }
+        Ok(best.map(|(_, flat)| flat))
+    }
+
+    /// Lowers an energy of the part as far as it goes; false when not even a first scaffold could be made. Where a later one
+    /// cannot, because rounding lets borders touch, the last map that had one stands.
     fn lower(&mut self, energy: Energy, stage: Stage) -> Result<bool, EngineError> {
         let (mut before, mut idle) = (f64::INFINITY, 0);
+        let mut sound: Option<Vec<[f64; 2]>> = None;
         self.converged = false;
         for made in 0..stage.scaffolds {
             self.observer.check()?;
             self.observer.progress(made as f64 / (made + 10) as f64);
-            let Some(scaffold) = scaffold(&self.flat, &self.borders, SPACING) else { return Ok(made > 0) };
             let sheet = (self.mesh, self.topology);
-            let Some(mut system) = System::new(sheet, &self.flat, &self.free, &scaffold, self.observer)? else {
-                return Ok(made > 0);
+            let system = match scaffold(&self.flat, &self.borders, SPACING) {
+                Some(scaffold) => System::new(sheet, &self.flat, &self.free, &scaffold, self.observer)?,
+                None => None,
             };
-            system.weigh((stage.weight * system.energy(BALANCED)).max(LEAST_WEIGHT));
-            let lowered = system.lower(energy, ROUNDS)?;
-            self.flat = system.flat();
+            let lowered = match system {
+                Some(mut system) => {
+                    system.weigh((stage.weight * system.energy(BALANCED)).max(LEAST_WEIGHT));
+                    Some((system.lower(energy, ROUNDS)?, system.flat()))
+                        .filter(|(lowered, _)| lowered.energy.is_finite())
+                }
+                None => None,
+            };
+            let Some((lowered, flat)) = lowered else {
+                let found = sound.is_some();
+                self.flat = sound.unwrap_or_default();
+                return Ok(found);
+            };
+            sound = Some(std::mem::replace(&mut self.flat, flat));
             self.rounds += lowered.rounds;
             idle = if (before - lowered.energy).abs() < stage.tolerance * lowered.energy { idle + 1 } else { 0 };
             before = lowered.energy;

@@ -155,6 +155,10 @@ impl<'a> System<'a> {
         let (mut gradient, mut last, mut direction, mut next) = (room.clone(), room.clone(), room.clone(), room);
         let mut value = self.value(energy, &self.flat);
         let mut lowered = Lowered { energy: self.energy(energy), rounds: 0, step: 0.0 };
+        // A sliver that rounding has turned over: any step would pass for a fall.
+        if !value.is_finite() {
+            return Ok(Lowered { energy: f64::INFINITY, ..lowered });
+        }
         while lowered.rounds < rounds {
             self.observer.check()?;
             let far = energy.is_robust() || lowered.energy > FAR;
