@@ -25,6 +25,42 @@ pub enum FlatteningError {
         /// Where it is.
         place: Box<Place>,
     },
+    /// Two circles whose intersection a triangle needs do not meet (thesis 4.1.1).
+    #[error(
+        "the circles of triangle {triangle} do not meet at level {level}, after {flattened} of {total} triangles were \
+         flattened from seed {seed}"
+    )]
+    CirclesMiss {
+        /// The triangle that cannot be laid.
+        triangle: u32,
+        /// The level that was being processed.
+        level: u32,
+        /// The seed.
+        seed: u32,
+        /// Triangles flattened before.
+        flattened: u32,
+        /// All triangles.
+        total: u32,
+        /// Where it is.
+        place: Box<Place>,
+    },
+    /// Triangles lie turned over when no more energy is released.
+    #[error(
+        "{flips} of {total} triangles, the first of them {triangle}, lie turned over when the energy has been released \
+         from seed {seed}"
+    )]
+    FlippedAtRest {
+        /// The first of them.
+        triangle: u32,
+        /// How many there are.
+        flips: u32,
+        /// The seed.
+        seed: u32,
+        /// All triangles.
+        total: u32,
+        /// Where the first is.
+        place: Box<Place>,
+    },
     /// No seed succeeds: the surface is not "almost developable" (thesis 4.4.2).
     #[error("none of the {tried} seed triangles flattens this mesh without a flip")]
     NoSeed {
@@ -134,6 +170,7 @@ fn least_distortion() -> Remedy {
         .with("flattening.method", SetValue::Text("isometric".into()))
         .with("flattening.seed", SetValue::Nothing)
         .with("flattening.readings", SetValue::Nothing)
+        .with("flattening.release", SetValue::Nothing)
 }
 
 /// The free map tells where points lie of themselves.
@@ -145,7 +182,8 @@ fn without_pins() -> Remedy {
 impl Located for FlatteningError {
     fn code(&self) -> &'static str {
         match self {
-            Self::Flipped { .. } => "triangle-flipped",
+            Self::Flipped { .. } | Self::FlippedAtRest { .. } => "triangle-flipped",
+            Self::CirclesMiss { .. } => "circles-miss",
             Self::NoSeed { .. } => "no-seed-succeeds",
             Self::BudgetSpent { .. } => "budget-spent",
             Self::SeedOutOfRange { .. } => "seed-out-of-range",
@@ -163,6 +201,8 @@ impl Located for FlatteningError {
     fn place(&self) -> Place {
         match self {
             Self::Flipped { place, .. }
+            | Self::CirclesMiss { place, .. }
+            | Self::FlippedAtRest { place, .. }
             | Self::Piece { place, .. }
             | Self::PinsNotMet { place, .. }
             | Self::PinOffSurface { place, .. }
@@ -179,6 +219,18 @@ impl Located for FlatteningError {
                 least_distortion(),
                 Remedy::say("Let every seed be tried.").with("flattening.seed", SetValue::Text("optimum".into())),
                 Remedy::coarser(COARSER, [30, 30]),
+            ],
+            Self::CirclesMiss { .. } => vec![
+                least_distortion(),
+                Remedy::say("Take the method that lays triangles without circles and releases energy as it goes.")
+                    .with("flattening.method", SetValue::Text("wang".into()))
+                    .with("flattening.release", SetValue::Nothing),
+                Remedy::coarser(COARSER, [30, 30]),
+            ],
+            Self::FlippedAtRest { .. } => vec![
+                least_distortion(),
+                Remedy::coarser(COARSER, [30, 30]),
+                Remedy::say("Divide the part: this much curvature cannot lie flat without great distortion."),
             ],
             Self::NoSeed { .. } => vec![
                 least_distortion(),

@@ -6,6 +6,7 @@ pub mod cader;
 mod closed_forms;
 mod constraints;
 pub mod developable;
+pub mod energy_release;
 mod error;
 pub mod isometric;
 mod mapping_order;
