@@ -3,6 +3,7 @@
 use crate::engine::flattening::{
     FlatteningDomain, FlatteningMethod, MAX_KEEP_WEIGHT, MAX_KEEPS, MAX_PINS, MAX_TARGET, PinPlace, SeedChoice,
 };
+use crate::engine::flattening::energy_release::MAX_MOVES;
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
@@ -87,6 +88,9 @@ pub(super) fn grid_triangles([m, n]: [u32; 2]) -> u64 {
     2 * u64::from(m.saturating_sub(1)) * u64::from(n.saturating_sub(1))
 }
 
+/// Whose setting `release` is.
+const RELEASES: &str = "energy is released by the methods `mccartney` and `wang`";
+
 /// Each method has settings of its own.
 fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
     let asked = &options.flattening;
@@ -103,6 +107,7 @@ fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
                 "the method `isometric` has no seed: leave it out, or take the method `cader`",
             );
             foreign(asked.readings.is_some(), "readings", "the readings are those of the method `cader`");
+            foreign(asked.release.is_some(), "release", RELEASES);
         }
         FlatteningMethod::Cader => {
             let detail = "this is what the method `isometric` makes least; `cader` (taken here since it is named, or a seed \
@@ -118,6 +123,27 @@ fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
                           does not: take `isometric`, or leave this out";
             foreign(!asked.pins().is_empty(), "pins", detail);
             foreign(!asked.keep().is_empty(), "keep", detail);
+            foreign(asked.release.is_some(), "release", RELEASES);
+        }
+        method @ (FlatteningMethod::Mccartney | FlatteningMethod::Wang) => {
+            let detail = "the method `isometric` takes this; methods that release energy do not";
+            foreign(asked.objective.is_some(), "objective", detail);
+            foreign(asked.weights.is_some(), "weights", detail);
+            foreign(asked.injective.is_some(), "injective", detail);
+            foreign(!asked.pins().is_empty(), "pins", detail);
+            foreign(!asked.keep().is_empty(), "keep", detail);
+            foreign(asked.readings.is_some(), "readings", "the readings are those of the method `cader`");
+            let detail = "the optimum is searched for with the method `cader`: take another seed, or none, which is `centre`";
+            foreign(asked.seed == Some(SeedChoice::Optimum), "seed", detail);
+            let release = asked.release.unwrap_or_default();
+            let detail = "only `mccartney` moves vertices by a step of its own: leave this out";
+            foreign(release.step.is_some() && method == FlatteningMethod::Wang, "release/step", detail);
+            let detail = "the step is a share of the edges at a vertex, greater than 0 and at most 1";
+            foreign(release.step.is_some_and(|x| !(x > 0.0 && x <= 1.0)), "release/step", detail);
+            let detail = "the threshold is an energy in mm, greater than 0";
+            foreign(release.threshold.is_some_and(|x| !(x > 0.0 && x.is_finite())), "release/threshold", detail);
+            let detail = "at most 1 000 000 000 moves are possible";
+            foreign(release.max_moves.is_some_and(|moves| moves > MAX_MOVES), "release/max_moves", detail);
         }
     }
     foreign(
@@ -250,7 +276,7 @@ pub fn check_kind(kind: JobKind, options: &JobOptions) -> Vec<Fault> {
         let detail = "a search for the optimum tries every seed: leave the seed out, or flatten with this one";
         faults.push(fault("/flattening/seed", detail));
     }
-    if options.flattening.method == Some(FlatteningMethod::Isometric) {
+    if options.flattening.method.is_some_and(|method| method != FlatteningMethod::Cader) {
         faults.push(fault("/flattening/method", "seeds are those of the method `cader`"));
     }
     if options.flattening.injective.is_some() {

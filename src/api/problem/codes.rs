@@ -9,6 +9,11 @@ pub const CODES: &[(&str, &str)] = &[
         "No seed triangle has succeeded in the time that the search was given. Give it more, or name a seed.",
     ),
     ("cancelled", "Somebody cancelled the job before it ended."),
+    (
+        "circles-miss",
+        "The method `mccartney` lays triangles by circles about their neighbours' vertices, and two of these do not meet: the part \
+         is too doubly curved for it. `place` says where. Try a coarser mesh, or another method.",
+    ),
     ("crashed", "The job ended the whole program, several times; it is not tried again. Tell the operator."),
     ("invalid-nurbs", "Degrees, knots, control points or weights do not make a surface. `place` says where."),
     ("loop-empty", "A trimming loop encloses nothing. Leave it out."),

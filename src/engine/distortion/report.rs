@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{HotSpot, Thresholds, Verdict};
 use crate::engine::flattening::PinPlace;
+use crate::engine::flattening::energy_release::ReleaseReport;
 
 /// Everything that is said of a result.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -99,11 +100,14 @@ pub struct FlatteningReport {
     /// The part, or every piece of it, lies flat without strain, and was laid so.
     #[serde(default)]
     pub developable: Option<DevelopableReport>,
+    /// How energy was released, for methods that do.
+    #[serde(default)]
+    pub release: Option<ReleaseReport>,
     /// The seed triangle, for methods that have one.
     pub seed: Option<u32>,
     /// Levels of the mapping order, likewise.
     pub levels: Option<u64>,
-    /// Points averaged, likewise.
+    /// Points averaged, by `cader`.
     pub averaged_points: Option<u64>,
     /// Triangles flattened.
     pub flattened: u64,

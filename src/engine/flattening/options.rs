@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::constraints::{Keep, PinAt};
+use super::energy_release::ReleaseOptions;
 use super::isometric::Objective;
 
 /// The method.
@@ -13,6 +14,10 @@ pub enum FlatteningMethod {
     Isometric,
     /// Cader et al. 2005: triangle by triangle in mapping order, averaging (thesis 4.2).
     Cader,
+    /// McCartney et al. 1999: laid by circles, then energy released vertex by vertex (thesis 4.1).
+    Mccartney,
+    /// Wang, Smith, Yuen 2002, our reading: masses and springs come to rest while the mesh is laid.
+    Wang,
 }
 
 impl FlatteningMethod {
@@ -22,16 +27,27 @@ impl FlatteningMethod {
         match self {
             Self::Isometric => "isometric",
             Self::Cader => "cader",
+            Self::Mccartney => "mccartney",
+            Self::Wang => "wang",
         }
     }
 
-    /// What is flattened where nobody says: the thesis's method flattens the base, so that the seed's search is that of
+    /// Whether the mesh is laid triangle by triangle from a seed.
+    #[must_use]
+    pub const fn is_sequential(self) -> bool {
+        match self {
+            Self::Isometric => false,
+            Self::Cader | Self::Mccartney | Self::Wang => true,
+        }
+    }
+
+    /// What is flattened where nobody says: the thesis's methods flatten the base, so that the seed's search is that of
     /// 4.4.3; material outside of the part need not be bent to flatten the part best.
     #[must_use]
     pub const fn usual_domain(self) -> FlatteningDomain {
         match self {
             Self::Isometric => FlatteningDomain::Trimmed,
-            Self::Cader => FlatteningDomain::Base,
+            Self::Cader | Self::Mccartney | Self::Wang => FlatteningDomain::Base,
         }
     }
 }
@@ -189,12 +205,15 @@ pub struct FlatteningOptions {
     /// Boundary curves whose lengths `isometric` keeps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep: Option<Vec<Keep>>,
-    /// The seed of `cader`. Absent: `optimum` up to 8000 triangles, else `centre`.
+    /// The seed of sequential methods. Absent: by `cader` `optimum` up to 8000 triangles, else `centre`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<SeedChoice>,
     /// The readings of `cader`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub readings: Option<Readings>,
+    /// How `mccartney` and `wang` release energy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub release: Option<ReleaseOptions>,
 }
 
 impl FlatteningOptions {
@@ -256,6 +275,7 @@ impl FlatteningOptions {
             FlatteningMethod::Isometric if self.weights.is_none() => filled.objective = Some(self.objective()),
             FlatteningMethod::Isometric => {}
             FlatteningMethod::Cader => filled.readings = Some(self.readings()),
+            FlatteningMethod::Mccartney | FlatteningMethod::Wang => {}
         }
         filled
     }

@@ -126,7 +126,7 @@ impl<'a> Meshed<'a> {
 pub const fn default_triangles(method: FlatteningMethod) -> (u64, u64) {
     match method {
         FlatteningMethod::Isometric => ISOMETRIC_TRIANGLES,
-        FlatteningMethod::Cader => CADER_TRIANGLES,
+        FlatteningMethod::Cader | FlatteningMethod::Mccartney | FlatteningMethod::Wang => CADER_TRIANGLES,
     }
 }
 

@@ -67,7 +67,6 @@ pub(super) fn of_mesh(mesh: &Mesh, topology: &Topology) -> TriangulationReport {
 /// The flattening.
 pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> FlatteningReport {
     let method = options.flattening.method();
-    let sequential = method == FlatteningMethod::Cader;
     FlatteningReport {
         method: method.name().to_owned(),
         domain: options.domain().name().to_owned(),
@@ -76,9 +75,10 @@ pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> Flat
         injective: laid.injective.map(|(injective, _)| injective),
         // Where something had to be looked for, not all of the part is without strain.
         developable: laid.developable.clone().filter(|_| laid.solver.is_none()),
+        release: laid.release.clone(),
         seed: laid.seed,
-        levels: sequential.then_some(laid.levels.len() as u64),
-        averaged_points: sequential.then_some(laid.averaged),
+        levels: method.is_sequential().then_some(laid.levels.len() as u64),
+        averaged_points: (method == FlatteningMethod::Cader).then_some(laid.averaged),
         flattened: laid.flattened,
         flips: flips(mesh, &laid.flat),
         overlaps: None,

@@ -17,7 +17,7 @@ use crate::engine::nurbs::Domain;
 pub(super) const fn takes_exact(method: FlatteningMethod) -> bool {
     match method {
         FlatteningMethod::Isometric => true,
-        FlatteningMethod::Cader => false,
+        FlatteningMethod::Cader | FlatteningMethod::Mccartney | FlatteningMethod::Wang => false,
     }
 }
 

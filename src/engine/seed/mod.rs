@@ -12,7 +12,7 @@ pub mod search;
 #[cfg(test)]
 mod reference_tests;
 #[cfg(test)]
-mod test_cases;
+pub(crate) mod test_cases;
 
 pub use landscape::{Changes, Ranked, SeedLandscape, SeedOutcome, SeedSearch};
 pub use search::{SearchSettings, search};

@@ -103,7 +103,7 @@ pub(super) fn lay(mesh: &Mesh, topology: &Topology, seed: u32) -> (Released, Opt
     if error.is_none() && flattened < total {
         error = Some(FlatteningError::SeveralPieces { unreached: total - flattened, total });
     }
-    (Released { flat, levels, report: ReleaseReport::default() }, error)
+    (Released { flat, flattened: u64::from(flattened), levels, report: ReleaseReport::default() }, error)
 }
 
 /// Releases energy (4.1.2).

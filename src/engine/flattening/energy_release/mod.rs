@@ -84,6 +84,8 @@ pub struct ReleaseReport {
 pub struct Released {
     /// A place for each vertex, mm; NaN where a partial flattening did not get to.
     pub flat: Vec<DVec2>,
+    /// Triangles that lie.
+    pub flattened: u64,
     /// Triangles of each level of the mapping order.
     pub levels: Vec<u32>,
     /// How it went.

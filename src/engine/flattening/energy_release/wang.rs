@@ -70,10 +70,11 @@ pub fn flatten(
         motion.let_go(&mut flat, STEPS_PER_LEVEL, None, observer)?;
     }
     let energy = start.springs.energy(&flat);
+    let flattened = laying.given() as u64;
     if laying.given() < total as usize {
         let report = ReleaseReport { energy_before_mm: energy, energy_after_mm: energy, ..ReleaseReport::default() };
         let error = FlatteningError::SeveralPieces { unreached: total - laying.given() as u32, total };
-        return Ok((Released { flat, levels, report }, Some(error)));
+        return Ok((Released { flat, flattened, levels, report }, Some(error)));
     }
     let mut history = History::begin(energy, 1 + mesh.positions.len() as u64);
     let moves_before = motion.moves;
@@ -90,7 +91,7 @@ pub fn flatten(
         history: history.end(motion.moves - moves_before, after),
     };
     let error = flipped(mesh, seed, &flat);
-    Ok((Released { flat, levels, report }, error))
+    Ok((Released { flat, flattened, levels, report }, error))
 }
 
 /// What lies, and how it moves.

@@ -3,6 +3,7 @@
 
 mod least;
 mod of_whole;
+mod released;
 
 use glam::{DVec2, DVec3};
 
@@ -15,6 +16,7 @@ use crate::engine::budget::{Observer, Stage};
 use crate::engine::distortion::{DevelopableReport, InjectiveReport, SeedSearchReport, SolverReport};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::cader::{self, Stop};
+use crate::engine::flattening::energy_release::ReleaseReport;
 use crate::engine::flattening::{FlatteningError, FlatteningMethod, LevelCounts, SeedChoice};
 use crate::engine::job::JobOptions;
 use crate::engine::mesh::{Mesh, Piece, Topology, check_sheet, pieces, sheet as sheet_of};
@@ -45,6 +47,8 @@ pub(super) struct Laid {
     pub injective: Option<(InjectiveReport, f64)>,
     /// The kind and the strain of what lies flat without strain.
     pub developable: Option<DevelopableReport>,
+    /// How energy was released, in all pieces; the history is that of the first.
+    pub release: Option<ReleaseReport>,
     /// The search, when there was one; of the first piece when there are several.
     pub search: Option<SeedSearchReport>,
     /// What became of each seed, of all pieces, when that was asked for.
@@ -68,6 +72,7 @@ impl Laid {
             solver: None,
             injective: None,
             developable: None,
+            release: None,
             search: None,
             landscape: None,
             warnings: Vec::new(),
@@ -243,6 +248,7 @@ impl PieceJob<'_> {
         match self.options.flattening.method() {
             FlatteningMethod::Isometric => Ok((self.isometric(observer, laid)?, None)),
             FlatteningMethod::Cader => self.cader(observer, laid),
+            FlatteningMethod::Mccartney | FlatteningMethod::Wang => self.released(observer, laid),
         }
     }
 
