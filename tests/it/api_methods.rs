@@ -78,12 +78,27 @@ async fn what_belongs_to_one_method_is_refused_by_the_other() {
         (json!({ "method": "cader", "injective": true }), vec!["/flattening/injective"]),
         (json!({ "seed": "centre", "injective": false }), vec!["/flattening/injective"]),
         (json!({ "injective": 1 }), vec!["/flattening/injective"]),
+        (json!({ "method": "cader", "release": {} }), vec!["/flattening/release"]),
+        (json!({ "release": { "step": 0.1 } }), vec!["/flattening/release"]),
+        (json!({ "method": "mccartney", "seed": "optimum" }), vec!["/flattening/seed"]),
+        (
+            json!({ "method": "mccartney", "objective": "area", "injective": true, "readings": {} }),
+            vec!["/flattening/objective", "/flattening/injective", "/flattening/readings"],
+        ),
+        (json!({ "method": "wang", "release": { "step": 0.1 } }), vec!["/flattening/release/step"]),
+        (
+            json!({ "method": "mccartney", "release": { "step": 2, "threshold": 0, "max_moves": 1_000_000_001 } }),
+            vec!["/flattening/release/step", "/flattening/release/threshold", "/flattening/release/max_moves"],
+        ),
+        (json!({ "method": "mccartney", "release": { "steps": 3 } }), vec!["/flattening/release/steps"]),
         (json!({ "objective": "minimal" }), vec!["/flattening/objective"]),
     ] {
         let job = json!({ "kind": "flatten", "surface": surface, "flattening": flattening });
         assert_eq!(live.post("/v1/jobs", &job).await.expect(422).pointers(), pointers, "{flattening}");
     }
     let search = json!({ "kind": "optimum-seed-search", "surface": surface, "flattening": { "method": "isometric" } });
+    assert_eq!(live.post("/v1/jobs", &search).await.expect(422).pointers(), ["/flattening/method"]);
+    let search = json!({ "kind": "optimum-seed-search", "surface": surface, "flattening": { "method": "wang" } });
     assert_eq!(live.post("/v1/jobs", &search).await.expect(422).pointers(), ["/flattening/method"]);
     // What stands for nothing is as good as absent.
     let job = json!({ "kind": "flatten", "surface": surface, "flattening": { "method": "isometric", "seed": null } });
@@ -167,4 +182,46 @@ async fn pins_and_kept_lengths_without_a_meaning_are_refused_in_words() {
         let job = json!({ "kind": "flatten", "surface": surface, "flattening": flattening });
         assert_eq!(live.post("/v1/jobs", &job).await.expect(422).pointers(), pointers, "{flattening}");
     }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn methods_that_release_energy_tell_how_it_went_and_where_they_began() {
+    let live = live().await;
+    let surface = stored(&live, "sphere-cap").await;
+    let grid = json!({ "grid": [25, 25] });
+    let mut left = Vec::new();
+    for method in ["mccartney", "wang"] {
+        let job = json!({ "kind": "flatten", "surface": surface, "triangulation": grid,
+            "flattening": { "method": method, "release": { "max_moves": 2_000_000 } } });
+        let job = live.job(&job).await;
+        let document = live.ended(&job).await;
+        assert_eq!(document["state"], "succeeded", "{document:#}");
+        let taken =
+            json!({ "method": method, "domain": "base", "seed": "centre", "release": { "max_moves": 2_000_000 } });
+        assert_eq!(document["parameters"]["flattening"]["release"], taken["release"]);
+        let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+        let found = &report["flattening"];
+        assert_eq!((&found["method"], &found["domain"], &found["flips"]), (&json!(method), &json!("base"), &json!(0)));
+        assert!(found["seed"].is_u64() && found["levels"].is_u64() && found["averaged_points"].is_null());
+        let release = &found["release"];
+        let number = |key: &str| release[key].as_f64().unwrap();
+        assert_eq!(release["settled"], true, "{release}");
+        assert!(number("energy_after_mm") < number("energy_before_mm") && number("threshold_mm") > 0.0);
+        let history = release["history"].as_array().unwrap();
+        assert_eq!(history[0], json!([0, number("energy_before_mm")]));
+        assert_eq!(history[history.len() - 1][1].as_f64(), Some(number("energy_after_mm")));
+        left.push(number("energy_after_mm"));
+    }
+    assert!((left[0] / left[1] - 1.0).abs() < 0.02, "both come to rest at the least energy: {left:?}");
+    // A named seed is taken; spent moves are told, and the pattern is there all the same.
+    let (document, report) = flattened(
+        &live,
+        &surface,
+        json!({ "method": "mccartney", "seed": 3, "release": { "max_moves": 10, "threshold": 1e-9, "step": 0.05 } }),
+    )
+    .await;
+    assert_eq!(document["state"], "succeeded", "{document:#}");
+    assert_eq!((&report["flattening"]["seed"], &report["flattening"]["release"]["moves"]), (&json!(3), &json!(10)));
+    assert_eq!(report["flattening"]["release"]["settled"], false);
+    assert!(report["warnings"].to_string().contains("max_moves"), "{}", report["warnings"]);
 }

@@ -1,9 +1,9 @@
 //! Whether the values of a job's parameters have a meaning: each alone, together, and on the surface at hand.
 
+use crate::engine::flattening::energy_release::MAX_MOVES;
 use crate::engine::flattening::{
     FlatteningDomain, FlatteningMethod, MAX_KEEP_WEIGHT, MAX_KEEPS, MAX_PINS, MAX_TARGET, PinPlace, SeedChoice,
 };
-use crate::engine::flattening::energy_release::MAX_MOVES;
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
@@ -133,7 +133,8 @@ fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
             foreign(!asked.pins().is_empty(), "pins", detail);
             foreign(!asked.keep().is_empty(), "keep", detail);
             foreign(asked.readings.is_some(), "readings", "the readings are those of the method `cader`");
-            let detail = "the optimum is searched for with the method `cader`: take another seed, or none, which is `centre`";
+            let detail =
+                "the optimum is searched for with the method `cader`: take another seed, or none, which is `centre`";
             foreign(asked.seed == Some(SeedChoice::Optimum), "seed", detail);
             let release = asked.release.unwrap_or_default();
             let detail = "only `mccartney` moves vertices by a step of its own: leave this out";

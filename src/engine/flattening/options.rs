@@ -273,9 +273,8 @@ impl FlatteningOptions {
         let mut filled = Self { method: Some(method), ..self.clone() };
         match method {
             FlatteningMethod::Isometric if self.weights.is_none() => filled.objective = Some(self.objective()),
-            FlatteningMethod::Isometric => {}
             FlatteningMethod::Cader => filled.readings = Some(self.readings()),
-            FlatteningMethod::Mccartney | FlatteningMethod::Wang => {}
+            FlatteningMethod::Isometric | FlatteningMethod::Mccartney | FlatteningMethod::Wang => {}
         }
         filled
     }

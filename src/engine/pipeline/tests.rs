@@ -41,7 +41,8 @@ fn by(method: FlatteningMethod) -> JobOptions {
     options
 }
 
-const METHODS: [FlatteningMethod; 2] = [FlatteningMethod::Isometric, FlatteningMethod::Cader];
+const METHODS: [FlatteningMethod; 4] =
+    [FlatteningMethod::Isometric, FlatteningMethod::Cader, FlatteningMethod::Mccartney, FlatteningMethod::Wang];
 
 fn close(a: f64, b: f64, relative: f64) -> bool {
     (a - b).abs() <= relative * b.abs().max(1e-300)

@@ -13,9 +13,11 @@ use std::collections::VecDeque;
 
 use glam::DVec2;
 
-use super::{DEFAULT_STEP, History, Laying, Outcome, ReleaseOptions, ReleaseReport, Released, Start, flipped, place_of};
-use super::springs::{Spoke, Springs};
 use super::Order;
+use super::springs::{Spoke, Springs};
+use super::{
+    DEFAULT_STEP, History, Laying, Outcome, ReleaseOptions, ReleaseReport, Released, Start, flipped, place_of,
+};
 use crate::engine::budget::Observer;
 use crate::engine::error::EngineError;
 use crate::engine::flattening::FlatteningError;
@@ -230,8 +232,9 @@ impl Joint {
                 *trial = *place + reach * (*place - *base);
             }
             let energy = springs.energy(&self.trial);
-            // False for NaN.
-            if !(energy < least) {
+            // NaN is no less than anything.
+            let falls = energy < least;
+            if !falls {
                 break;
             }
             (least, furthest) = (energy, reach);

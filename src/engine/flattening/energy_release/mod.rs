@@ -116,8 +116,9 @@ impl Start {
         let place = |v: u32| -> DVec3 { mesh.positions[v as usize] };
         let flat = |h: u32| {
             let [a, b, c] = [h, h + 1, h + 2].map(|h| place(topology.origin(h)));
-            // Not positive, and NaN, for a triangle without area.
-            !((b - a).cross(c - a).length_squared() > 0.0)
+            // Not so for NaN either.
+            let has_area = (b - a).cross(c - a).length_squared() > 0.0;
+            !has_area
         };
         let triangles = topology.triangle_count() as u32;
         if let Some(triangle) = (0..triangles).find(|t| flat(3 * t)) {
@@ -143,8 +144,8 @@ impl Start {
 /// The error of a flattening in which triangles lie turned over; `None` where none does.
 fn flipped(mesh: &Mesh, seed: u32, flat: &[DVec2]) -> Option<FlatteningError> {
     let corner = |v: u32| robust::Coord { x: flat[v as usize].x, y: flat[v as usize].y };
-    let turned = |t: &[u32; 3]| !(robust::orient2d(corner(t[0]), corner(t[1]), corner(t[2])) > 0.0);
-    let mut all = mesh.triangles.iter().enumerate().filter(|(_, t)| turned(t)).map(|(t, _)| t as u32);
+    let upright = |t: &[u32; 3]| robust::orient2d(corner(t[0]), corner(t[1]), corner(t[2])) > 0.0;
+    let mut all = mesh.triangles.iter().enumerate().filter(|(_, t)| !upright(t)).map(|(t, _)| t as u32);
     let triangle = all.next()?;
     let flips = 1 + all.count() as u32;
     let place = Box::new(place_of(mesh, triangle, flat));

@@ -58,13 +58,7 @@ pub(super) fn whole_mesh(error: FlatteningError, piece: &Piece) -> FlatteningErr
         }
         FlatteningError::FlippedAtRest { triangle, flips, seed, total, mut place } => {
             place.triangle = place.triangle.map(of_whole);
-            FlatteningError::FlippedAtRest {
-                triangle: of_whole(triangle),
-                flips,
-                seed: of_whole(seed),
-                total,
-                place,
-            }
+            FlatteningError::FlippedAtRest { triangle: of_whole(triangle), flips, seed: of_whole(seed), total, place }
         }
         FlatteningError::NoSeed { tried, furthest } => {
             FlatteningError::NoSeed { tried, furthest: Box::new(whole_mesh(*furthest, piece)) }
