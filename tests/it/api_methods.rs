@@ -83,12 +83,12 @@ async fn what_belongs_to_one_method_is_refused_by_the_other() {
         (json!({ "method": "mccartney", "seed": "optimum" }), vec!["/flattening/seed"]),
         (
             json!({ "method": "mccartney", "objective": "area", "injective": true, "readings": {} }),
-            vec!["/flattening/objective", "/flattening/injective", "/flattening/readings"],
+            vec!["/flattening/injective", "/flattening/objective", "/flattening/readings"],
         ),
         (json!({ "method": "wang", "release": { "step": 0.1 } }), vec!["/flattening/release/step"]),
         (
             json!({ "method": "mccartney", "release": { "step": 2, "threshold": 0, "max_moves": 1_000_000_001 } }),
-            vec!["/flattening/release/step", "/flattening/release/threshold", "/flattening/release/max_moves"],
+            vec!["/flattening/release/max_moves", "/flattening/release/step", "/flattening/release/threshold"],
         ),
         (json!({ "method": "mccartney", "release": { "steps": 3 } }), vec!["/flattening/release/steps"]),
         (json!({ "objective": "minimal" }), vec!["/flattening/objective"]),
