@@ -11,6 +11,10 @@ use crate::engine::flattening::{Order, Parent};
 use crate::engine::mesh::topology::{NONE, prev};
 use crate::engine::mesh::{Mesh, Topology};
 
+/// An edge in the plane whose length is that in space but for this share of it has it but for rounding. Then the apex stands
+/// where the triangle in space says: circles about the ends of a needle's edge may miss each other by rounding alone.
+const SAME_LENGTH: f64 = 1e-12;
+
 /// A mesh that is being laid.
 pub(super) struct Laying<'a> {
     mesh: &'a Mesh,
@@ -83,6 +87,10 @@ impl<'a> Laying<'a> {
     /// Where the apex of a triangle comes to lie over its edge; `None` where the circles miss each other.
     pub(super) fn apex(&self, corners: [u32; 3], flat: &[DVec2]) -> Option<DVec2> {
         let [a, b, c] = corners;
+        let length = self.length(a, b);
+        if (flat[a as usize].distance(flat[b as usize]) - length).abs() <= SAME_LENGTH * length {
+            return Some(self.over_edge(corners, flat));
+        }
         intersection(flat[a as usize], flat[b as usize], [self.length(a, c), self.length(b, c)])
     }
 
@@ -126,7 +134,25 @@ fn intersection(a: DVec2, b: DVec2, [from_a, from_b]: [f64; 2]) -> Option<DVec2>
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::engine::mesh::test_meshes::{Diagonal, grid};
+
+    #[test]
+    fn needles_of_a_plane_are_laid() {
+        // Rows that are a billionth of their cells' width high.
+        let height = |v: f64| v * v * 1e-9;
+        let mesh = grid(9, 9, Diagonal::Diamond, |u, v| DVec3::new(8.0 * u + 0.3 * v, height(8.0 * v), 0.0));
+        let topology = Topology::new(&mesh).unwrap();
+        let (laid, error) = crate::engine::flattening::energy_release::mccartney::lay(&mesh, &topology, 60);
+        assert_eq!(error, None);
+        for &[a, b, c] in &mesh.triangles {
+            let [p, q, r] = [a, b, c].map(|v| laid.flat[v as usize]);
+            assert!((p.distance(q) - mesh.positions[a as usize].distance(mesh.positions[b as usize])).abs() < 1e-11);
+            assert!((p.distance(r) - mesh.positions[a as usize].distance(mesh.positions[c as usize])).abs() < 1e-11);
+        }
+    }
 
     #[test]
     fn circles_meet_at_both_distances_on_the_left_or_not_at_all() {
