@@ -77,7 +77,7 @@ impl Remedy {
     }
 
     /// A remedy that makes the mesh coarser: a uniform grid in place of whatever density was asked for.
-    pub(super) fn coarser(text: &str, grid: [u32; 2]) -> Self {
+    pub(super) fn on_grid(text: &str, grid: [u32; 2]) -> Self {
         Self::say(text)
             .with("triangulation.grid", SetValue::Integers(grid.to_vec()))
             .with("triangulation.tolerance", SetValue::Nothing)

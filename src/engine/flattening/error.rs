@@ -161,6 +161,9 @@ pub enum FlatteningError {
     },
 }
 
+/// What helps where pins are close together.
+const FINER: &str = "Take a finer mesh: many pins on few triangles hold these fast.";
+
 /// What helps most flattenings that fail.
 const COARSER: &str = "Flatten a coarser mesh: sequential flattening fails on dense ones.";
 
@@ -218,29 +221,29 @@ impl Located for FlatteningError {
             Self::Flipped { .. } => vec![
                 least_distortion(),
                 Remedy::say("Let every seed be tried.").with("flattening.seed", SetValue::Text("optimum".into())),
-                Remedy::coarser(COARSER, [30, 30]),
+                Remedy::on_grid(COARSER, [30, 30]),
             ],
             Self::CirclesMiss { .. } => vec![
                 least_distortion(),
                 Remedy::say("Take the method that lays triangles without circles and releases energy as it goes.")
                     .with("flattening.method", SetValue::Text("wang".into()))
                     .with("flattening.release", SetValue::Nothing),
-                Remedy::coarser(COARSER, [30, 30]),
+                Remedy::on_grid(COARSER, [30, 30]),
             ],
             Self::FlippedAtRest { .. } => vec![
                 least_distortion(),
-                Remedy::coarser(COARSER, [30, 30]),
+                Remedy::on_grid(COARSER, [30, 30]),
                 Remedy::say("Divide the part: this much curvature cannot lie flat without great distortion."),
             ],
             Self::NoSeed { .. } => vec![
                 least_distortion(),
-                Remedy::coarser(COARSER, [20, 20]),
+                Remedy::on_grid(COARSER, [20, 20]),
                 Remedy::say("Divide the part: this much curvature cannot lie flat without great distortion."),
             ],
             Self::BudgetSpent { .. } => vec![
                 least_distortion(),
                 Remedy::say("Let the search take the time it needs.").with("search.budget_s", SetValue::Nothing),
-                Remedy::coarser(COARSER, [20, 20]),
+                Remedy::on_grid(COARSER, [20, 20]),
             ],
             Self::SeedOutOfRange { .. } | Self::SeedNotFound => vec![
                 Remedy::say("Take the triangle at the centre.")
@@ -259,6 +262,7 @@ impl Located for FlatteningError {
                     "Move the targets nearer to how the points lie without pins, or take the pin out: pins that are to lie \
                      in another order than on the part turn it over.",
                 ),
+                Remedy::on_grid(FINER, [120, 120]),
                 without_pins(),
             ],
             Self::PinOffSurface { .. } => {

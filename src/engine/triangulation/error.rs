@@ -43,7 +43,7 @@ impl Located for TriangulationError {
 
     fn remedies(&self) -> Vec<Remedy> {
         match self {
-            Self::TooManyTriangles { .. } => vec![Remedy::coarser("Ask for a coarser mesh.", [60, 60])],
+            Self::TooManyTriangles { .. } => vec![Remedy::on_grid("Ask for a coarser mesh.", [60, 60])],
             _ => Vec::new(),
         }
     }
