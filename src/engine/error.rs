@@ -76,7 +76,7 @@ impl Remedy {
         self
     }
 
-    /// A remedy that makes the mesh coarser: a uniform grid in place of whatever density was asked for.
+    /// A remedy that sets the density: a uniform grid in place of whatever density was asked for.
     pub(super) fn on_grid(text: &str, grid: [u32; 2]) -> Self {
         Self::say(text)
             .with("triangulation.grid", SetValue::Integers(grid.to_vec()))
