@@ -2,7 +2,7 @@
 //! Augmentation Framework for Bijective Maps).
 //!
 //! # Method
-//! Starts from a map that is injective: the convex one ([`super::convex`]). The part is surrounded by a [`scaffold`] within
+//! Starts from a map that is injective: the convex one ([`super::convex`]). The part is surrounded by a [`mod@scaffold`] within
 //! a frame, and the energy of both is lowered for a few steps ([`system`]); then the scaffold is made anew around the part
 //! as it now lies, until the part's energy falls no further. No triangle of part and scaffold turns over within a convex
 //! frame, so the map is injective at every time; the exact predicate judges that.
