@@ -262,8 +262,8 @@ impl Located for FlatteningError {
                     "Move the targets nearer to how the points lie without pins, or take the pin out: pins that are to lie \
                      in another order than on the part turn it over.",
                 ),
-                Remedy::on_grid(FINER, [120, 120]),
                 without_pins(),
+                Remedy::on_grid(FINER, [120, 120]),
             ],
             Self::PinOffSurface { .. } => {
                 vec![Remedy::say("Move the pin onto the part, inside its trimming loops."), without_pins()]
