@@ -16,6 +16,7 @@
 
 pub(crate) mod boxes;
 pub mod budget;
+pub mod curvature;
 pub mod distortion;
 pub mod error;
 pub mod flattening;

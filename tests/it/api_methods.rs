@@ -225,3 +225,24 @@ async fn methods_that_release_energy_tell_how_it_went_and_where_they_began() {
     assert_eq!(report["flattening"]["release"]["settled"], false);
     assert!(report["warnings"].to_string().contains("max_moves"), "{}", report["warnings"]);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn fitted_diagonals_belong_to_the_grid_and_are_refused_to_a_tracing() {
+    let live = live().await;
+    let surface = stored(&live, "sphere-cap").await;
+    let with = |method: &str, configuration: &str| {
+        let triangulation = json!({ "method": method, "grid": [20, 16], "configuration": configuration });
+        json!({ "kind": "triangulate", "surface": surface, "triangulation": triangulation })
+    };
+    let mut meshes = Vec::new();
+    for configuration in ["fitted", "fitted", "regular"] {
+        let job = live.job(&with("grid", configuration)).await;
+        let document = live.ended(&job).await;
+        assert_eq!(document["parameters"]["triangulation"]["configuration"], configuration);
+        meshes.push(live.get(&format!("/v1/jobs/{job}/mesh.json")).await.expect(200).json());
+    }
+    assert_eq!(meshes[0], meshes[1]);
+    assert_ne!(meshes[0], meshes[2]);
+    let refused = live.post("/v1/jobs", &with("tracing", "fitted")).await.expect(422).json();
+    assert!(refused.to_string().contains("/triangulation/configuration"), "{refused}");
+}

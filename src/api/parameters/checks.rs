@@ -9,7 +9,7 @@ use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
 use crate::engine::pipeline::MAX_GRID;
 pub use crate::engine::triangulation::density::MAX_TRIANGLES;
-use crate::engine::triangulation::{Density, TriangulationMethod};
+use crate::engine::triangulation::{Configuration, Density, TriangulationMethod};
 use crate::formats::faults::Fault;
 
 use super::fault;
@@ -77,6 +77,12 @@ fn triangulation(options: &JobOptions, faults: &mut Vec<Fault>) {
                 format!("a tolerance is greater than 0{range}"),
             ));
         }
+    }
+    if asked.configuration == Configuration::Fitted && asked.method != TriangulationMethod::Grid {
+        faults.push(fault(
+            "/triangulation/configuration",
+            "`fitted` places the diagonals of a whole grid: take the method `grid`",
+        ));
     }
     if asked.phase > 1 {
         faults.push(fault("/triangulation/phase", "the phase is 0 or 1"));

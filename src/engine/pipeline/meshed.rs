@@ -9,8 +9,8 @@ use crate::engine::nurbs::Surface;
 use crate::engine::pattern::DEFAULT_CURVE_TOLERANCE;
 use crate::engine::triangulation::density::{self, DensityInput, DensityLimits, MAX_TRIANGLES};
 use crate::engine::triangulation::{
-    Density, GridLines, Lifted, TracingCounts, TriangulationError, TriangulationMethod, aspect_of, grid_mesh, lift,
-    trace,
+    Configuration, Density, GridLines, Lifted, TracingCounts, TriangulationError, TriangulationMethod, aspect_of,
+    fitted_mesh, grid_mesh, lift, trace,
 };
 use crate::engine::trimming::{CheckedTrims, TrimRegion, part_box};
 
@@ -68,6 +68,12 @@ impl<'a> Meshed<'a> {
         let of_part = !coarse.natural && of_part(kind, options)?;
 
         let mut filled = options.clone();
+        if of_part && options.triangulation.configuration == Configuration::Fitted {
+            return Err(EngineError::Parameter {
+                name: "triangulation.configuration".into(),
+                detail: "`fitted` places the diagonals of a whole grid: take the method `grid`".into(),
+            });
+        }
         let default_density = options.triangulation.grid.is_none() && options.triangulation.tolerance.is_none();
         if default_density {
             filled.triangulation.tolerance = Some(Density::ChordRelative(DEFAULT_CHORD_RELATIVE));
@@ -101,7 +107,11 @@ impl<'a> Meshed<'a> {
         } else {
             observer.enter(Stage::Triangulation);
             let counts = TracingCounts { cells: lines.cells(), ..TracingCounts::default() };
-            (grid_mesh(&lines, configuration, phase), counts)
+            let domain = match configuration {
+                Configuration::Fitted => fitted_mesh(surface, &lines, observer)?,
+                _ => grid_mesh(&lines, configuration, phase),
+            };
+            (domain, counts)
         };
         observer.check()?;
         let lifted = lift(surface, domain, &lines);

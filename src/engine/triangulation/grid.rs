@@ -46,10 +46,11 @@ impl Configuration {
     /// True when the diagonal of cell (i, j) is `\`, from (i+1, j) to (i, j+1); false when it is `/`.
     ///
     /// An odd `phase` begins with the other diagonal; the two regular configurations, which do not alternate, ignore it.
+    /// `fitted` has no rule of its own: [`super::fitted_mesh`] searches the surface, and `/` stands where nothing was searched.
     #[must_use]
     pub const fn is_backslash(self, i: usize, j: usize, phase: u8) -> bool {
         let alternating = match self {
-            Self::Regular => return false,
+            Self::Regular | Self::Fitted => return false,
             Self::RegularMirrored => return true,
             Self::Diamond => i ^ j,
             Self::ChevronRows => j,
@@ -69,6 +70,12 @@ pub(super) const fn split_cell([a, b, c, d]: [u32; 4], backslash: bool) -> [[u32
 /// The caller bounds m n (vertices are numbered with `u32`).
 #[must_use]
 pub fn grid_mesh(lines: &GridLines, configuration: Configuration, phase: u8) -> DomainMesh {
+    grid_mesh_by(lines, |i, j| configuration.is_backslash(i, j, phase))
+}
+
+/// The same with the diagonal of each cell (i, j) told: true is `\`.
+#[must_use]
+pub fn grid_mesh_by(lines: &GridLines, is_backslash: impl Fn(usize, usize) -> bool) -> DomainMesh {
     let (m, n) = (lines.u.len(), lines.v.len());
     let uv = lines.v.iter().flat_map(|&v| lines.u.iter().map(move |&u| DVec2::new(u, v))).collect();
     let mut triangles = Vec::with_capacity(2 * m.saturating_sub(1) * n.saturating_sub(1));
@@ -76,7 +83,7 @@ pub fn grid_mesh(lines: &GridLines, configuration: Configuration, phase: u8) -> 
         for i in 0..m.saturating_sub(1) {
             let a = (j * m + i) as u32;
             let d = a + m as u32;
-            triangles.extend(split_cell([a, a + 1, d + 1, d], configuration.is_backslash(i, j, phase)));
+            triangles.extend(split_cell([a, a + 1, d + 1, d], is_backslash(i, j)));
         }
     }
     DomainMesh { uv, triangles }

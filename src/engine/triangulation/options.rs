@@ -28,6 +28,8 @@ pub enum Configuration {
     ChevronRows,
     /// Both, alternating by column.
     ChevronColumns,
+    /// Each as it fits the surface's Gaussian curvature best (thesis 5.4), for the method `grid`.
+    Fitted,
 }
 
 /// How dense the mesh is: exactly one of these is given.
