@@ -246,3 +246,73 @@ async fn fitted_diagonals_belong_to_the_grid_and_are_refused_to_a_tracing() {
     let refused = live.post("/v1/jobs", &with("tracing", "fitted")).await.expect(422).json();
     assert!(refused.to_string().contains("/triangulation/configuration"), "{refused}");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn sampling_skewed_off_a_cylinders_rulings_costs_area_and_along_them_it_does_not() {
+    let live = live().await;
+    // u runs round the half cylinder, v along its rulings.
+    let surface = stored(&live, "half-cylinder").await;
+    let skewed = async |skew: Value| {
+        let triangulation = json!({ "method": "grid", "grid": [20, 20], "skew": skew });
+        let flattening = json!({ "method": "cader", "seed": "optimum" });
+        let job =
+            json!({ "kind": "flatten", "surface": surface, "triangulation": triangulation, "flattening": flattening });
+        let job = live.job(&job).await;
+        live.ended(&job).await;
+        live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json()["distortion"]["area_change_percent"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(skewed(Value::Null).await < 1e-10);
+    assert!(skewed(json!({ "v_percent": 90 })).await < 1e-10);
+    let off = skewed(json!({ "u_percent": -90, "u_along": "last" })).await;
+    assert!(off > 1e-5, "{off}");
+
+    let over = json!({ "u_percent": -90, "v_percent": -90, "u_along": "last", "points": "odd" });
+    let triangulation =
+        json!({ "method": "grid", "grid": [20, 20], "configuration": "regular-mirrored", "skew": over });
+    let job = live.job(&json!({ "kind": "triangulate", "surface": surface, "triangulation": triangulation })).await;
+    let document = live.ended(&job).await;
+    assert_eq!((&document["state"], &document["problem"]["code"]), (&json!("failed"), &json!("skew-turns-over")));
+    assert_eq!(document["problem"]["remedies"][0]["set"], json!({ "triangulation.skew": null }));
+
+    for triangulation in [
+        json!({ "skew": { "u_percent": 10 } }),
+        json!({ "method": "grid", "skew": { "u_percent": 100 } }),
+        json!({ "configuration": "random" }),
+        json!({ "method": "grid", "random_seed": 3 }),
+    ] {
+        let job = json!({ "kind": "triangulate", "surface": surface, "triangulation": triangulation });
+        live.post("/v1/jobs", &job).await.expect(422);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn random_configurations_are_told_apart_by_their_seed_and_compared_from_the_same_triangle() {
+    let live = live().await;
+    let surface = stored(&live, "saddle").await;
+    let change = async |triangulation: Value, seed: Value| {
+        let flattening = json!({ "method": "cader", "seed": seed });
+        let job =
+            json!({ "kind": "flatten", "surface": surface, "triangulation": triangulation, "flattening": flattening });
+        let job = live.job(&job).await;
+        live.ended(&job).await;
+        let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+        (report["flattening"]["seed"].as_u64(), report["distortion"]["area_change_percent"].as_f64())
+    };
+    let random =
+        |seed: u32| json!({ "method": "grid", "grid": [12, 12], "configuration": "random", "random_seed": seed });
+    let (_, one) = change(random(1), json!("optimum")).await;
+    assert_eq!(change(random(1), json!("optimum")).await.1, one);
+    assert_ne!(change(random(2), json!("optimum")).await.1, one);
+
+    // Cell (5, 5): the triangle below its diagonal, named by its corners in either order.
+    let regular = json!({ "method": "grid", "grid": [12, 12] });
+    let by_corners = change(regular.clone(), json!({ "vertices": [78, 65, 66] })).await;
+    assert_eq!(by_corners.0, Some(120));
+    assert_eq!(by_corners, change(regular.clone(), json!(120)).await);
+    let job = json!({ "kind": "flatten", "surface": surface, "triangulation": regular,
+        "flattening": { "method": "cader", "seed": { "vertices": [0, 1, 2] } } });
+    let job = live.job(&job).await;
+    assert_eq!(live.ended(&job).await["problem"]["code"], "seed-not-found");
+}

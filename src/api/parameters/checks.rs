@@ -9,7 +9,7 @@ use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
 use crate::engine::pipeline::MAX_GRID;
 pub use crate::engine::triangulation::density::MAX_TRIANGLES;
-use crate::engine::triangulation::{Configuration, Density, TriangulationMethod};
+use crate::engine::triangulation::{Configuration, Density, Skew, TriangulationMethod};
 use crate::formats::faults::Fault;
 
 use super::fault;
@@ -78,11 +78,28 @@ fn triangulation(options: &JobOptions, faults: &mut Vec<Fault>) {
             ));
         }
     }
-    if asked.configuration == Configuration::Fitted && asked.method != TriangulationMethod::Grid {
+    let of_grid = asked.method == TriangulationMethod::Grid;
+    if matches!(asked.configuration, Configuration::Fitted | Configuration::Random) && !of_grid {
         faults.push(fault(
             "/triangulation/configuration",
-            "`fitted` places the diagonals of a whole grid: take the method `grid`",
+            "`fitted` and `random` place the diagonals of a whole grid: take the method `grid`",
         ));
+    }
+    if asked.random_seed.is_some() && asked.configuration != Configuration::Random {
+        faults.push(fault("/triangulation/random_seed", "this belongs to the configuration `random`"));
+    }
+    if let Some(skew) = asked.skew {
+        if !of_grid {
+            faults.push(fault("/triangulation/skew", "the points of a whole grid are skewed: take the method `grid`"));
+        }
+        for (name, percent) in [("u_percent", skew.u_percent), ("v_percent", skew.v_percent)] {
+            if percent.is_nan() || percent.abs() >= Skew::LIMIT_PERCENT {
+                faults.push(fault(
+                    format!("/triangulation/skew/{name}"),
+                    format!("a skew is between -{0} and {0} percent, both excluded", Skew::LIMIT_PERCENT),
+                ));
+            }
+        }
     }
     if asked.phase > 1 {
         faults.push(fault("/triangulation/phase", "the phase is 0 or 1"));
@@ -186,6 +203,11 @@ fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
             }
         }
         Some(SeedChoice::Xyz(xyz)) => finite("/flattening/seed/xyz", &xyz, faults),
+        Some(SeedChoice::Vertices([a, b, c])) => {
+            if a == b || b == c || c == a {
+                faults.push(fault("/flattening/seed/vertices", "a triangle has three different vertices"));
+            }
+        }
         Some(SeedChoice::Centre | SeedChoice::Optimum) | None => {}
     }
 }

@@ -21,7 +21,10 @@ const HINTS: [(&str, &str); 7] = [
         "/triangulation/tolerance",
         "exactly one of { \"chord\": mm }, { \"chord_relative\": x }, { \"area\": mm2 }, { \"area_relative\": x }, { \"edge\": mm }",
     ),
-    ("/flattening/seed", "\"optimum\", \"centre\", a triangle's index, { \"uv\": [u, v] } or { \"xyz\": [x, y, z] }"),
+    (
+        "/flattening/seed",
+        "\"optimum\", \"centre\", a triangle's index, { \"uv\": [u, v] }, { \"xyz\": [x, y, z] } or { \"vertices\": [a, b, c] }",
+    ),
     (
         "/flattening/pins",
         "a list of points with their targets: { \"at\": { \"uv\": [u, v] } or { \"xyz\": [x, y, z] }, \"to_mm\": [x, y] }",

@@ -62,9 +62,17 @@ pub const CODES: &[(&str, &str)] = &[
          lacks most. Move the targets nearer to how the points lie in the free pattern.",
     ),
     ("polygon", "A cell of the grid could not be divided into triangles. Try another density."),
-    ("seed-not-found", "The place that was given for the seed lies in no triangle of the mesh."),
+    (
+        "seed-not-found",
+        "The place that was given for the seed lies in no triangle of the mesh, or no triangle has the corners that were given.",
+    ),
     ("seed-out-of-range", "The seed is no triangle of the mesh. `detail` says how many there are."),
     ("several-pieces", "The mesh has several pieces that no edge joins, and the flattening begins in one of them."),
+    (
+        "skew-turns-over",
+        "The sampling is skewed so far that triangles of the domain turn over. `place` says which is the first. Take a smaller \
+         skew, or another configuration.",
+    ),
     ("timed-out", "The job took longer than a job may. Try a coarser mesh, or a given seed."),
     (
         "too-curved",

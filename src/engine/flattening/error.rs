@@ -89,8 +89,8 @@ pub enum FlatteningError {
         /// How many triangles there are.
         triangles: u32,
     },
-    /// The seed is given by a place that lies in no triangle.
-    #[error("the seed's place lies outside the mesh")]
+    /// The seed is given by a place that lies in no triangle, or by three vertices that are not the corners of one.
+    #[error("the seed names no triangle of the mesh: its place lies outside, or no triangle has these corners")]
     SeedNotFound,
     /// Some triangles cannot be reached from the seed over shared edges.
     #[error("{unreached} of {total} triangles cannot be reached from the seed: the mesh has several pieces")]

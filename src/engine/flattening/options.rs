@@ -158,6 +158,9 @@ pub enum SeedChoice {
     Uv([f64; 2]),
     /// `{ "xyz": [x, y, z] }`: the triangle nearest to this place in space, mm.
     Xyz([f64; 3]),
+    /// `{ "vertices": [a, b, c] }`: the triangle of the mesh with these corners, in any order, so that meshes whose
+    /// triangles are numbered otherwise can be flattened from the same one (thesis 5.2.1).
+    Vertices([u32; 3]),
     /// A triangle's index.
     #[serde(untagged)]
     Index(u32),

@@ -9,8 +9,8 @@ use crate::engine::nurbs::Surface;
 use crate::engine::pattern::DEFAULT_CURVE_TOLERANCE;
 use crate::engine::triangulation::density::{self, DensityInput, DensityLimits, MAX_TRIANGLES};
 use crate::engine::triangulation::{
-    Configuration, Density, GridLines, Lifted, TracingCounts, TriangulationError, TriangulationMethod, aspect_of,
-    fitted_mesh, grid_mesh, lift, trace,
+    Configuration, Density, GridLines, Lifted, TracingCounts, TriangulationError, TriangulationMethod,
+    TriangulationOptions, aspect_of, fitted_mesh, grid_mesh, lift, random_mesh, trace,
 };
 use crate::engine::trimming::{CheckedTrims, TrimRegion, part_box};
 
@@ -68,11 +68,8 @@ impl<'a> Meshed<'a> {
         let of_part = !coarse.natural && of_part(kind, options)?;
 
         let mut filled = options.clone();
-        if of_part && options.triangulation.configuration == Configuration::Fitted {
-            return Err(EngineError::Parameter {
-                name: "triangulation.configuration".into(),
-                detail: "`fitted` places the diagonals of a whole grid: take the method `grid`".into(),
-            });
+        if of_part {
+            of_grid_alone(&options.triangulation)?;
         }
         let default_density = options.triangulation.grid.is_none() && options.triangulation.tolerance.is_none();
         if default_density {
@@ -107,10 +104,15 @@ impl<'a> Meshed<'a> {
         } else {
             observer.enter(Stage::Triangulation);
             let counts = TracingCounts { cells: lines.cells(), ..TracingCounts::default() };
-            let domain = match configuration {
-                Configuration::Fitted => fitted_mesh(surface, &lines, observer)?,
+            let skew = filled.triangulation.skew.as_ref();
+            let mut domain = match configuration {
+                Configuration::Fitted => fitted_mesh(surface, &lines, skew, observer)?,
+                Configuration::Random => random_mesh(&lines, filled.triangulation.random_seed.unwrap_or(0)),
                 _ => grid_mesh(&lines, configuration, phase),
             };
+            if let Some(skew) = skew {
+                skew.apply(&mut domain, &lines)?;
+            }
             (domain, counts)
         };
         observer.check()?;
@@ -152,6 +154,21 @@ fn of_part(kind: JobKind, options: &JobOptions) -> Result<bool, EngineError> {
             detail: "`grid` makes a mesh of the whole base surface: with `flattening.domain: trimmed` take `tracing`"
                 .into(),
         }),
+    }
+}
+
+/// What only the mesh of a whole grid can have.
+fn of_grid_alone(asked: &TriangulationOptions) -> Result<(), EngineError> {
+    let refused = |name: &str, detail: &str| Err(EngineError::Parameter { name: name.into(), detail: detail.into() });
+    match asked.configuration {
+        Configuration::Fitted | Configuration::Random => refused(
+            "triangulation.configuration",
+            "`fitted` and `random` place the diagonals of a whole grid: take the method `grid`",
+        ),
+        _ if asked.skew.is_some() => {
+            refused("triangulation.skew", "the points of a whole grid are skewed: take the method `grid`")
+        }
+        _ => Ok(()),
     }
 }
 

@@ -69,6 +69,7 @@ fn ready<'a>(mesh: &'a Mesh, options: &JobOptions) -> Result<Ready<'a>, EngineEr
 fn named_seed(ready: &Ready, options: &JobOptions, offset: DVec3) -> Result<Option<u32>, EngineError> {
     let seed = match options.flattening.seed {
         Some(SeedChoice::Index(seed)) => locate::by_index(ready.mesh, seed)?,
+        Some(SeedChoice::Vertices(corners)) => locate::by_vertices(ready.mesh, corners)?,
         Some(SeedChoice::Xyz(xyz)) => locate::by_xyz(ready.mesh, DVec3::from(xyz) - offset)?,
         Some(SeedChoice::Uv(_)) => {
             return Err(EngineError::Parameter {

@@ -1,4 +1,4 @@
-//! Seeds that are named rather than searched: by index, by a place in the domain or in space, at the centre.
+//! Seeds that are named rather than searched: by index, by corners, by a place in the domain or in space, at the centre.
 
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
@@ -37,6 +37,20 @@ impl<'a> Domain<'a> {
 pub fn by_index(mesh: &Mesh, seed: u32) -> Result<u32, FlatteningError> {
     let triangles = mesh.triangles.len() as u32;
     if seed < triangles { Ok(seed) } else { Err(FlatteningError::SeedOutOfRange { seed, triangles }) }
+}
+
+/// The triangle with these three corners, in any order; the least where several have them.
+///
+/// # Errors
+/// [`FlatteningError::SeedNotFound`] when no triangle has them.
+pub fn by_vertices(mesh: &Mesh, corners: [u32; 3]) -> Result<u32, FlatteningError> {
+    let sorted = |mut corners: [u32; 3]| {
+        corners.sort_unstable();
+        corners
+    };
+    let wanted = sorted(corners);
+    let found = mesh.triangles.iter().position(|&triangle| sorted(triangle) == wanted);
+    found.map(|t| t as u32).ok_or(FlatteningError::SeedNotFound)
 }
 
 /// The triangle that holds a place of the domain, the least where several do (on an edge, at a vertex).
@@ -167,6 +181,17 @@ mod tests {
     fn an_index_beyond_the_mesh_is_refused() {
         assert_eq!(by_index(&mesh(), 39), Ok(39));
         assert_eq!(by_index(&mesh(), 40), Err(FlatteningError::SeedOutOfRange { seed: 40, triangles: 40 }));
+    }
+
+    #[test]
+    fn three_corners_in_any_order_find_their_triangle() {
+        let mesh = mesh();
+        let [a, b, c] = mesh.triangles[17];
+        assert_eq!(by_vertices(&mesh, [a, b, c]), Ok(17));
+        assert_eq!(by_vertices(&mesh, [c, a, b]), Ok(17));
+        assert_eq!(by_vertices(&mesh, [b, a, c]), Ok(17));
+        assert_eq!(by_vertices(&mesh, [a, b, a]), Err(FlatteningError::SeedNotFound));
+        assert_eq!(by_vertices(&mesh, [a, b, 999]), Err(FlatteningError::SeedNotFound));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Why a domain could not be triangulated as asked.
 
-use crate::engine::error::{Located, Place, Remedy};
+use crate::engine::error::{Located, Place, Remedy, SetValue};
 
 /// Why there is no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -20,6 +20,14 @@ pub enum TriangulationError {
         /// Where.
         place: Box<Place>,
     },
+    /// Sampling was skewed so far that triangles of the domain turned over.
+    #[error("this skew turns {triangles} triangles of the domain over")]
+    SkewTurnsOver {
+        /// How many.
+        triangles: u64,
+        /// The first of them.
+        place: Box<Place>,
+    },
     /// The surface has no area where it is trimmed.
     #[error("the surface has no area inside its trimming loops")]
     NoArea,
@@ -30,13 +38,14 @@ impl Located for TriangulationError {
         match self {
             Self::TooManyTriangles { .. } => "too-many-triangles",
             Self::Polygon { .. } => "polygon",
+            Self::SkewTurnsOver { .. } => "skew-turns-over",
             Self::NoArea => "no-area",
         }
     }
 
     fn place(&self) -> Place {
         match self {
-            Self::Polygon { place } => (**place).clone(),
+            Self::Polygon { place } | Self::SkewTurnsOver { place, .. } => (**place).clone(),
             _ => Place::default(),
         }
     }
@@ -44,6 +53,9 @@ impl Located for TriangulationError {
     fn remedies(&self) -> Vec<Remedy> {
         match self {
             Self::TooManyTriangles { .. } => vec![Remedy::on_grid("Ask for a coarser mesh.", [60, 60])],
+            Self::SkewTurnsOver { .. } => {
+                vec![Remedy::say("Sample without skew.").with("triangulation.skew", SetValue::Nothing)]
+            }
             _ => Vec::new(),
         }
     }

@@ -12,7 +12,7 @@
 use glam::DVec3;
 
 use super::grid::split_cell;
-use super::{DomainMesh, GridLines, grid_mesh_by};
+use super::{DomainMesh, GridLines, Skew, grid_mesh_by};
 use crate::engine::budget::Observer;
 use crate::engine::curvature::Ring;
 use crate::engine::error::EngineError;
@@ -34,27 +34,48 @@ pub struct Fitted {
     pub tried: Vec<u8>,
 }
 
-/// Fits the diagonals of a grid.
+/// Fits the diagonals of a grid, whose points are skewed where a skew is given.
 ///
 /// # Errors
 /// [`EngineError::Cancelled`] when the observer asks for it.
-pub fn fit(surface: &Surface, lines: &GridLines, observer: &dyn Observer) -> Result<Fitted, EngineError> {
-    let mut samples = GridSamples::default();
-    surface.grid_positions(&lines.u, &lines.v, &mut samples);
-    let mut own = Vec::with_capacity(samples.positions.len());
-    for &v in &lines.v {
+pub fn fit(
+    surface: &Surface,
+    lines: &GridLines,
+    skew: Option<&Skew>,
+    observer: &dyn Observer,
+) -> Result<Fitted, EngineError> {
+    let size = [lines.u.len(), lines.v.len()];
+    let Some(skew) = skew else {
+        let mut samples = GridSamples::default();
+        surface.grid_positions(&lines.u, &lines.v, &mut samples);
+        let mut own = Vec::with_capacity(samples.positions.len());
+        for &v in &lines.v {
+            observer.check()?;
+            own.extend(lines.u.iter().map(|&u| surface.curvature(u, v).gaussian));
+        }
+        return fit_points(&samples.positions, &own, size, observer);
+    };
+    let (mut positions, mut own) = (Vec::new(), Vec::new());
+    for row in skew.points(lines).chunks(size[0]) {
         observer.check()?;
-        own.extend(lines.u.iter().map(|&u| surface.curvature(u, v).gaussian));
+        positions.extend(row.iter().map(|p| surface.point(p.x, p.y)));
+        own.extend(row.iter().map(|p| surface.curvature(p.x, p.y).gaussian));
     }
-    fit_points(&samples.positions, &own, [lines.u.len(), lines.v.len()], observer)
+    fit_points(&positions, &own, size, observer)
 }
 
-/// The mesh of a whole grid with fitted diagonals, numbered as [`super::grid_mesh`] numbers.
+/// The mesh of a whole grid with fitted diagonals, numbered as [`super::grid_mesh`] numbers. The diagonals are fitted to the
+/// skewed points, where a skew is given; the mesh's points are not skewed yet ([`Skew::apply`]).
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fitted_mesh(surface: &Surface, lines: &GridLines, observer: &dyn Observer) -> Result<DomainMesh, EngineError> {
-    let fitted = fit(surface, lines, observer)?;
+pub fn fitted_mesh(
+    surface: &Surface,
+    lines: &GridLines,
+    skew: Option<&Skew>,
+    observer: &dyn Observer,
+) -> Result<DomainMesh, EngineError> {
+    let fitted = fit(surface, lines, skew, observer)?;
     let columns = lines.u.len().saturating_sub(1);
     Ok(grid_mesh_by(lines, |i, j| fitted.backslash[j * columns + i]))
 }
@@ -155,22 +176,22 @@ mod tests {
     fn a_plane_keeps_its_first_diagonals_and_the_counts_shrink_from_sixteen() {
         let surface = plane(10.0, 8.0);
         let lines = GridLines::uniform(surface.domain(), 4, 4);
-        let fitted = fit(&surface, &lines, &Unobserved).unwrap();
+        let fitted = fit(&surface, &lines, None, &Unobserved).unwrap();
         assert_eq!(fitted.tried.iter().max(), Some(&16));
         assert_eq!(fitted.backslash.len(), 9);
         let slim = GridLines::uniform(surface.domain(), 2, 5);
-        assert_eq!(fit(&surface, &slim, &Unobserved).unwrap().start, None);
+        assert_eq!(fit(&surface, &slim, None, &Unobserved).unwrap().start, None);
     }
 
     #[test]
     fn every_point_of_a_torus_is_visited_once_and_the_search_repeats_itself() {
         let surface = torus(30.0, 10.0);
         let lines = GridLines::uniform(surface.domain(), 17, 13);
-        let fitted = fit(&surface, &lines, &Unobserved).unwrap();
+        let fitted = fit(&surface, &lines, None, &Unobserved).unwrap();
         assert_eq!(fitted.tried.len(), 15 * 11);
         // Every cell is chosen once: powers of two add up to the number of cells.
         assert_eq!(fitted.tried.iter().map(|t| t.trailing_zeros()).sum::<u32>(), 16 * 12);
-        assert_eq!(fit(&surface, &lines, &Unobserved).unwrap(), fitted);
+        assert_eq!(fit(&surface, &lines, None, &Unobserved).unwrap(), fitted);
     }
 
     #[test]

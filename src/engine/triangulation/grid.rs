@@ -46,11 +46,12 @@ impl Configuration {
     /// True when the diagonal of cell (i, j) is `\`, from (i+1, j) to (i, j+1); false when it is `/`.
     ///
     /// An odd `phase` begins with the other diagonal; the two regular configurations, which do not alternate, ignore it.
-    /// `fitted` has no rule of its own: [`super::fitted_mesh`] searches the surface, and `/` stands where nothing was searched.
+    /// `fitted` and `random` have no rule of their own, and `/` stands for them: [`super::fitted_mesh`] searches the surface,
+    /// [`random_mesh`] has a seed.
     #[must_use]
     pub const fn is_backslash(self, i: usize, j: usize, phase: u8) -> bool {
         let alternating = match self {
-            Self::Regular | Self::Fitted => return false,
+            Self::Regular | Self::Fitted | Self::Random => return false,
             Self::RegularMirrored => return true,
             Self::Diamond => i ^ j,
             Self::ChevronRows => j,
@@ -89,6 +90,25 @@ pub fn grid_mesh_by(lines: &GridLines, is_backslash: impl Fn(usize, usize) -> bo
     DomainMesh { uv, triangles }
 }
 
+/// The same with diagonals by chance (thesis 5.5.4): the diagonal of a cell depends on the seed and on the cell's i and j
+/// alone, each way equally likely, so that the same seed gives the same diagonals on any grid that has the cell.
+#[must_use]
+pub fn random_mesh(lines: &GridLines, seed: u32) -> DomainMesh {
+    grid_mesh_by(lines, |i, j| {
+        // The finaliser of SplitMix64 (Steele, Lea, Flood 2014) over seed and cell, once for each.
+        let mixed = mix(mix(u64::from(seed)) ^ ((j as u64) << 32 | i as u64));
+        mixed >> 63 == 1
+    })
+}
+
+/// A bijection of 64-bit numbers that lets no pattern of its argument through.
+const fn mix(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,6 +141,27 @@ mod tests {
             }
         }
         assert!(Configuration::RegularMirrored.is_backslash(0, 0, 0));
+    }
+
+    #[test]
+    fn diagonals_by_chance_belong_to_their_seed_and_are_even() {
+        let domain = Domain { u: [0.0, 1.0], v: [0.0, 1.0] };
+        let (small, large) = (GridLines::uniform(domain, 11, 21), GridLines::uniform(domain, 101, 101));
+        let mesh = random_mesh(&large, 7);
+        assert_eq!(mesh, random_mesh(&large, 7));
+        assert_ne!(mesh.triangles, random_mesh(&large, 8).triangles);
+        // 10 000 fair coins are within five deviations of a half.
+        let of_seed = |seed| {
+            let mesh = random_mesh(&large, seed);
+            (0..10_000).filter(|&c| mesh.triangles[2 * c][2] == mesh.triangles[2 * c][0] + 101).count()
+        };
+        assert!((0..5).map(of_seed).all(|count| (4750..=5250).contains(&count)));
+        let cell = |mesh: &DomainMesh, m: u32, i: u32, j: u32| {
+            let t = mesh.triangles[2 * (j * (m - 1) + i) as usize];
+            t[2] == t[0] + m
+        };
+        let few = random_mesh(&small, 7);
+        assert!((0..20).all(|j| (0..10).all(|i| cell(&few, 11, i, j) == cell(&mesh, 101, i, j))));
     }
 
     #[test]

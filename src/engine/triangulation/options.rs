@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Skew;
+
 /// The method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -30,6 +32,8 @@ pub enum Configuration {
     ChevronColumns,
     /// Each as it fits the surface's Gaussian curvature best (thesis 5.4), for the method `grid`.
     Fitted,
+    /// Each by chance, as `random_seed` decides (thesis 5.5.4), for the method `grid`.
+    Random,
 }
 
 /// How dense the mesh is: exactly one of these is given.
@@ -64,4 +68,10 @@ pub struct TriangulationOptions {
     pub configuration: Configuration,
     /// Phase of `diamond` and `chevron-*`: 0, or 1 to begin with the other diagonal.
     pub phase: u8,
+    /// Which of the `random` configurations; absent: 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub random_seed: Option<u32>,
+    /// The skew of the sampling, for the method `grid`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skew: Option<Skew>,
 }

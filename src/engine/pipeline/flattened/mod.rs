@@ -216,6 +216,7 @@ pub(super) fn named_seed(
             };
             locate::by_uv(domain, DVec2::from(uv))?
         }
+        Some(SeedChoice::Vertices(corners)) => locate::by_vertices(mesh, corners)?,
         Some(SeedChoice::Xyz(xyz)) => locate::by_xyz(mesh, DVec3::from(xyz) - centred.home.offset)?,
         Some(SeedChoice::Centre) if meshed.topology.piece_count() == 1 => locate::centre(mesh, part)?,
         Some(SeedChoice::Centre | SeedChoice::Optimum) | None => return Ok(None),
