@@ -13,25 +13,45 @@ use rayon::prelude::*;
 
 use crate::panels::{Diagonals, Panel, backlight, bulging_sheet, windscreen};
 use crate::table::{NONE, OURS, THESIS, Table, figure_or_none, note};
-use crate::trial::{READINGS, median, name};
+use crate::trial::{median, name};
+
+/// Triangles that were flattened, change of area and of shape, percent.
+type Printed = (u32, f64, f64);
 
 /// The three of 5.2.1 with the thesis's triangles, area and shape change in percent.
-const COMPARED: [(&str, Configuration, Option<(u32, f64, f64)>); 4] = [
+const COMPARED: [(&str, Configuration, Option<Printed>); 4] = [
     ("Diamond", Configuration::Diamond, Some((5903, -15.23, -15.74))),
     ("Chevron (rows)", Configuration::ChevronRows, Some((6962, -0.27, -0.05))),
     ("Chevron (columns)", Configuration::ChevronColumns, None),
     ("Regular", Configuration::Regular, Some((6962, -0.18, -0.08))),
 ];
 
+/// Heights of the sheet's bulge, mm: one that distorts about as much as the thesis's surface does, and one three times as high.
+const HEIGHTS: [f64; 2] = [13.0, 40.0];
+
 /// Table 5.1, and the same for every seed that the configurations share.
-pub(crate) fn from_one_seed() -> Result<()> {
-    let panel = bulging_sheet();
+pub(crate) fn from_one_seed(readings: &[Readings]) -> Result<()> {
+    for height in HEIGHTS {
+        from_one_seed_on(&bulging_sheet(height), height, readings)?;
+    }
+    note(
+        "The thesis's surface is not known; ours are sheets of 400 x 300 mm. The seed is the same three vertices in all \
+         configurations; the last columns run 450 such triangles, spread evenly over the grid. \"Best on\" counts \
+         the seeds from which this configuration succeeds with the least absolute area change. Signs are the thesis's: \
+         negative is less area after flattening; where it stopped, what it did not reach is missing. The thesis's \
+         -15.23 % is that: 5903 of 6962 triangles are 84.8 %.",
+    );
+    Ok(())
+}
+
+fn from_one_seed_on(panel: &Panel, height: f64, all_readings: &[Readings]) -> Result<()> {
     let [m, n] = panel.points;
     let shared = shared_cells(m, n);
     let central = 2 * ((n / 2 - 2) * (m - 1) + m / 2 - 2) as u32;
-    for (k, readings) in READINGS.into_iter().enumerate() {
+    for (k, readings) in all_readings.iter().copied().enumerate() {
         let usual = if k == 0 { ", the default" } else { "" };
-        let title = format!("Table 5.1. One seed (triangle {central}), {}{usual}", name(readings));
+        let title =
+            format!("Table 5.1. Bulge of {height} mm, one seed (triangle {central}), {}{usual}", name(readings));
         let head = [
             "Configuration",
             "",
@@ -39,7 +59,7 @@ pub(crate) fn from_one_seed() -> Result<()> {
             "area change %",
             "shape change %",
             "Successful",
-            "all shared seeds: success %",
+            "450 shared seeds: success %",
             "median |area| %",
             "best on",
         ];
@@ -76,17 +96,13 @@ pub(crate) fn from_one_seed() -> Result<()> {
         }
         table.print();
     }
-    note(
-        "The seed is the same three vertices in all configurations; there are 1800 such triangles on this grid, and the last \
-         columns run them all. \"Best on\" counts the seeds from which this configuration succeeds with the least absolute \
-         area change. Signs are the thesis's: negative is less area after flattening.",
-    );
     Ok(())
 }
 
-/// Triangles that are the same in all configurations: both of each cell with i and j even, whose diagonal is `/` in all.
+/// Triangles that are the same in all configurations: both of a cell with i and j even, whose diagonal is `/` in all. Every
+/// fourth of these cells is taken.
 fn shared_cells(m: usize, n: usize) -> Vec<u32> {
-    let cells = (0..n - 1).step_by(2).flat_map(|j| (0..m - 1).step_by(2).map(move |i| j * (m - 1) + i));
+    let cells = (0..n - 1).step_by(4).flat_map(|j| (0..m - 1).step_by(4).map(move |i| j * (m - 1) + i));
     cells.flat_map(|cell| [2 * cell as u32, 2 * cell as u32 + 1]).collect()
 }
 
@@ -201,7 +217,7 @@ fn valencies() -> Result<()> {
         for valency in inner_valencies(&panel, Diagonals::Named(Configuration::Fitted))? {
             counts[valency as usize - 4] += 1;
         }
-        let start = fit(&panel.surface, &panel.lines(), &Unobserved)?.start;
+        let start = fit(&panel.surface, &panel.lines(), None, &Unobserved)?.start;
         let start = start.map_or_else(|| NONE.to_owned(), |[i, j]| format!("({i}, {j})"));
         table.labelled(&["", OURS], counts.map(|x| x.to_string()).into_iter().chain([start]));
     }

@@ -12,8 +12,11 @@ use crate::table::{NONE, OURS, THESIS, Table, figure, note};
 /// From 1/mm^2 to 1/cm^2.
 const PER_CM2: f64 = 100.0;
 
+/// How a ring gives a curvature, 1/mm^2.
+type Estimate = fn(&Ring) -> f64;
+
 /// The estimates: how a ring gives one, and its name.
-pub(crate) const ESTIMATES: [(&str, fn(&Ring) -> f64); 3] =
+pub(crate) const ESTIMATES: [(&str, Estimate); 3] =
     [("(5.5)", Ring::barycentric), ("(5.7)", Ring::compensated), ("Voronoi", Ring::voronoi)];
 
 /// The interior vertices of a mesh: ring and the surface's own curvature, 1/cm^2 for both.
@@ -31,7 +34,7 @@ impl Sampled {
     }
 
     /// Least and greatest of an estimate.
-    fn extremes(&self, estimate: fn(&Ring) -> f64) -> [f64; 2] {
+    fn extremes(&self, estimate: Estimate) -> [f64; 2] {
         extremes(self.rings.iter().map(|(ring, _)| estimate(ring) * PER_CM2))
     }
 
@@ -40,17 +43,17 @@ impl Sampled {
         extremes(self.rings.iter().map(|(_, own)| *own))
     }
 
-    pub(crate) fn differences(&self, estimate: fn(&Ring) -> f64) -> Differences {
+    pub(crate) fn differences(&self, estimate: Estimate) -> Differences {
         Differences::of(self.rings.iter().map(|(ring, own)| (estimate(ring) * PER_CM2, *own)))
     }
 
     /// The same at vertices of one valency.
-    fn at_valency(&self, estimate: fn(&Ring) -> f64, valency: u32) -> Differences {
+    fn at_valency(&self, estimate: Estimate, valency: u32) -> Differences {
         let there = self.rings.iter().filter(|(ring, _)| ring.triangles == valency);
         Differences::of(there.map(|(ring, own)| (estimate(ring) * PER_CM2, *own)))
     }
 
-    fn least_difference(&self, estimate: fn(&Ring) -> f64) -> f64 {
+    fn least_difference(&self, estimate: Estimate) -> f64 {
         extremes(self.rings.iter().map(|(ring, own)| (estimate(ring) * PER_CM2 - own).abs()))[0]
     }
 }
@@ -89,8 +92,8 @@ pub(crate) fn of_random_diagonals() -> Result<()> {
             }
             let [least, greatest] = sampled.extremes(estimate);
             let differences = sampled.differences(estimate);
-            let errors =
-                [(least, own[0]), (greatest, own[1])].map(|(x, own)| format!("{:+.0}", 100.0 * (x - own) / own));
+            let errors = [(least, own[0]), (greatest, own[1])]
+                .map(|(x, own)| format!("{:+.0}", (100.0 * (x - own) / own).round() + 0.0));
             let [least, greatest] = errors;
             table.labelled(
                 &[label, name, OURS],

@@ -1,10 +1,12 @@
 //! Tables 5.7 and 5.8: the optimum flattening of each configuration, under several readings.
 
 use anyhow::Result;
+use planish::engine::flattening::Readings;
+use planish::engine::mesh::Mesh;
 
 use crate::panels::{COMPARED, Panel, backlight, windscreen};
 use crate::table::{NONE, OURS, THESIS, Table, note};
-use crate::trial::{READINGS, Trial, median, name};
+use crate::trial::{Trial, median, name};
 
 /// Area change in percent and per triangle, shape change in percent and per edge, seed success in percent: chevron,
 /// diamond, regular, optimised.
@@ -28,33 +30,26 @@ const HEAD: [&str; 8] =
     ["Configuration", "", "area %", "mm2/triangle", "shape %", "mm/edge", "Seed success %", "median area %"];
 
 /// Tables 5.7 and 5.8.
-pub(crate) fn optima() -> Result<()> {
-    of_panel(&backlight(), "Table 5.7", &TABLE_5_7)?;
-    of_panel(&windscreen(), "Table 5.8", &TABLE_5_8)?;
+pub(crate) fn optima(readings: &[Readings]) -> Result<()> {
+    of_panel(&backlight(), "Table 5.7", &TABLE_5_7, readings)?;
+    of_panel(&windscreen(), "Table 5.8", &TABLE_5_8, readings)?;
     note(
         "Area and shape change are those of the optimum seed; the averages count changes above 0.1 mm2 and 0.1 mm; the last \
-         column is the median over all seeds that succeed. The rows of a table differ less than the readings do.",
+         column is the median over all seeds that succeed.",
     );
     Ok(())
 }
 
-fn of_panel(panel: &Panel, title: &str, printed: &[[f64; 5]; 4]) -> Result<()> {
-    let mut orders = vec![format!(
-        "thesis: {}",
-        ranking(
-            ["Chevron", "Diamond", "Regular", "RATC Optimised"]
-                .map(String::from)
-                .into_iter()
-                .zip(printed.iter().map(|row| row[0]))
-        )
-    )];
+fn of_panel(panel: &Panel, title: &str, printed: &[[f64; 5]; 4], all_readings: &[Readings]) -> Result<()> {
+    let rows = ["Chevron", "Diamond", "Regular", "RATC Optimised"].map(String::from);
+    let mut orders = vec![format!("thesis: {}", ranking(rows.into_iter().zip(printed.iter().map(|row| row[0]))))];
     let meshes = COMPARED.map(|(_, diagonals)| panel.mesh(diagonals));
-    for (k, readings) in READINGS.into_iter().enumerate() {
+    let meshes = meshes.into_iter().collect::<Result<Vec<Mesh>>>()?;
+    for (k, readings) in all_readings.iter().copied().enumerate() {
         let usual = if k == 0 { ", the default" } else { "" };
         let mut table = Table::new(&format!("{title}. {}: {}{usual}", panel.name, name(readings)), &HEAD);
         let mut changes = Vec::new();
         for ((label, _), (mesh, row)) in COMPARED.iter().zip(meshes.iter().zip(PRINTED_ROW)) {
-            let Ok(mesh) = mesh else { continue };
             let [area, per_triangle, shape, per_edge, success] = printed[row];
             let printed = [area, per_triangle, shape, per_edge].map(|x| format!("{x:.3}"));
             let success = [format!("{success:.0}"), NONE.to_owned()];

@@ -32,7 +32,15 @@ pub(crate) enum Diagonals {
     Random(u32),
     /// The same mirrored in u, as in Figure 5.19.
     Mirrored(u32),
+    /// By chance, but `\\` only with odds of one to `2^sparsity`.
+    Sparse {
+        seed: u32,
+        sparsity: u32,
+    },
 }
+
+/// Seeds of sparse diagonals stay apart by this.
+const SPARSE_SEEDS: u32 = 1000;
 
 /// The configurations of Tables 5.5 to 5.8 in their order; the thesis does not say which of the two chevrons it means.
 pub(crate) const COMPARED: [(&str, Diagonals); 5] = [
@@ -60,6 +68,13 @@ impl Panel {
             Diagonals::Named(Configuration::Fitted) => fitted_mesh(&self.surface, &lines, None, &Unobserved)?,
             Diagonals::Named(configuration) => grid_mesh(&lines, configuration, 0),
             Diagonals::Random(seed) => random_mesh(&lines, seed),
+            Diagonals::Sparse { seed, sparsity } => {
+                // As many fair coins a cell, each of its own seed: all have to fall on `\\`.
+                let coins: Vec<DomainMesh> =
+                    (0..sparsity).map(|k| random_mesh(&lines, SPARSE_SEEDS * (k + 1) + seed)).collect();
+                let columns = self.points[0] - 1;
+                grid_mesh_by(&lines, |i, j| coins.iter().all(|coin| is_backslash(coin, columns, i, j)))
+            }
             Diagonals::Mirrored(seed) => {
                 let (original, columns) = (random_mesh(&lines, seed), self.points[0] - 1);
                 grid_mesh_by(&lines, |i, j| !is_backslash(&original, columns, columns - 1 - i, j))
@@ -85,11 +100,11 @@ pub(crate) fn windscreen() -> Panel {
     Panel { name: "Windscreen", surface: of_half_net(&WINDSCREEN), points: [70, 70] }
 }
 
-/// A sheet of 400 x 300 mm that is plainly not developable, 60 x 60 points: a bulge of 40 mm, more to one side.
-pub(crate) fn bulging_sheet() -> Panel {
+/// A sheet of 400 x 300 mm that is plainly not developable, 60 x 60 points: a bulge of some height, mm, more to one side.
+pub(crate) fn bulging_sheet(height: f64) -> Panel {
     let sheet = Sheet { degree: 3, count: [7, 7], size: [400.0, 300.0], clamped: true };
     let half_wave = |s: f64| (std::f64::consts::PI * s).sin();
-    let surface = sheet.lifted(|s, t| 40.0 * half_wave(s) * half_wave(t) * (1.0 + 0.5 * (s - 0.5)));
+    let surface = sheet.lifted(|s, t| height * half_wave(s) * half_wave(t) * (1.0 + 0.5 * (s - 0.5)));
     Panel { name: "Sheet", surface, points: [60, 60] }
 }
 

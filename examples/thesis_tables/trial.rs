@@ -11,8 +11,8 @@ use planish::engine::seed::{SearchSettings, search};
 /// Readings that the tables compare. The first is the program's default.
 pub(crate) const READINGS: [Readings; 4] = [
     reading(Order::Index, Parent::First, Anchor::End),
-    reading(Order::Index, Parent::Last, Anchor::Start),
     reading(Order::Fifo, Parent::First, Anchor::Start),
+    reading(Order::Index, Parent::Last, Anchor::Start),
     reading(Order::Fifo, Parent::Last, Anchor::End),
 ];
 
