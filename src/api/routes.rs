@@ -50,6 +50,8 @@ fn table() -> Routes {
         .result("/v1/jobs/{job}/seeds", results::seeds)
         .result("/v1/jobs/{job}/seeds.json", results::seeds_json)
         .result("/v1/jobs/{job}/seeds.csv", results::seeds_csv)
+        .result("/v1/jobs/{job}/vertices", results::vertices)
+        .result("/v1/jobs/{job}/vertices.csv", results::vertices_csv)
         .post("/v1/flatten", flatten::flatten)
         .get("/healthz", health::healthz)
         .get("/readyz", health::readyz)

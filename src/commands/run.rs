@@ -157,11 +157,11 @@ fn write(folder: &Path, outcome: &Outcome, labels: &Labels) -> anyhow::Result<St
     stored.extend(outcome.pattern.as_ref().map(|pattern| (ResultKind::Pattern, Bytes::from(encode_pattern(pattern)))));
     stored.extend(outcome.seeds.as_ref().map(|found| (ResultKind::Seeds, Bytes::from(seeds::encode(found)))));
     let mut files = Vec::new();
-    for (kind, _) in &stored {
+    for kind in ResultKind::ALL {
         for form in kind.forms() {
             let name = kind.stored_as(*form);
             let Some((_, bytes)) = stored.iter().find(|(kind, _)| kind.name() == name) else { continue };
-            let source = Source { kind: *kind, bytes: bytes.clone(), labels: labels.clone() };
+            let source = Source { kind, bytes: bytes.clone(), labels: labels.clone() };
             files.push(write_form(folder, &source, *form)?);
         }
     }

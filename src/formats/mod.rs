@@ -9,7 +9,7 @@
 //! | [`summary`], [`mesh_summary`] | what is said of a surface when it is sent |
 //! | [`dxf`], [`svg`], [`pattern_json`] | a pattern to cut |
 //! | [`glb`], [`obj`], [`stl`], [`ply`], [`mesh_json`] | a mesh in space with its flattening |
-//! | [`triangles_csv`] | a mesh's triangles as a table |
+//! | [`triangles_csv`], [`vertices_csv`] | a mesh's triangles and its vertices as tables |
 //! | [`report_json`] | the report |
 //! | [`seeds`] | what became of each seed of a search |
 //! | [`stored`] | mesh and pattern as they are kept, exact to the bit |
@@ -33,5 +33,5 @@ pub mod surface_json;
 pub mod units;
 
 pub use drawing::{TitleBlock, dxf, file_stem, pattern_json, svg};
-pub use model::{MeshParts, glb, mesh_json, obj, ply, stl, triangles_csv};
+pub use model::{MeshParts, glb, mesh_json, obj, ply, stl, triangles_csv, vertices_csv};
 pub use numbers::WriteError;

@@ -1,6 +1,6 @@
 //! Mesh and pattern as they are kept between a job's end and the reading of its results: exact to the bit.
 //!
-//! A mesh of version 1 has no part; it is read as before.
+//! A mesh of version 1 has no part, one of version 2 neither curvature nor movement; they are read as before.
 //!
 //! Little-endian, in the order of the fields below, without padding. A header of 4 letters and a version stands first;
 //! a reader refuses a version it does not know. Counts are checked against the bytes that are there before anything is
@@ -8,8 +8,8 @@
 //!
 //! | mesh | pattern |
 //! |---|---|
-//! | `PLNM`, version, flags (1 uv, 2 normals, 4 flat, 8 strain, 16 part), vertices u64, triangles u64 | `PLNP`, version, pieces u64, width f64, height f64 |
-//! | positions 3 x f64, uv 2 x f64, normals 3 x f64, flat 2 x f64, triangles 3 x u32, strain 2 x f64, part a byte each | per piece: name (u64 bytes, UTF-8), holes u64, then outline and holes: points u64, 2 x f64 each, a byte each for corners |
+//! | `PLNM`, version, flags (1 uv, 2 normals, 4 flat, 8 strain, 16 part, 32 curvature, 64 movement), vertices u64, triangles u64 | `PLNP`, version, pieces u64, width f64, height f64 |
+//! | positions 3 x f64, uv 2 x f64, normals 3 x f64, flat 2 x f64, triangles 3 x u32, strain 2 x f64, part a byte each, curvature f64, movement f64 | per piece: name (u64 bytes, UTF-8), holes u64, then outline and holes: points u64, 2 x f64 each, a byte each for corners |
 
 use glam::{DVec2, DVec3};
 
@@ -25,7 +25,7 @@ pub const MESH_MEDIA: &str = "application/vnd.planish.mesh";
 pub const PATTERN_MEDIA: &str = "application/vnd.planish.pattern";
 
 /// Version of meshes that are written; version 1 did not know which triangles belong to the part.
-const MESH_VERSION: u32 = 2;
+const MESH_VERSION: u32 = 3;
 /// Version of patterns, the only one so far.
 const PATTERN_VERSION: u32 = 1;
 
@@ -34,6 +34,8 @@ const HAS_NORMALS: u32 = 2;
 const HAS_FLAT: u32 = 4;
 const HAS_STRAIN: u32 = 8;
 const HAS_PART: u32 = 16;
+const HAS_GAUSSIAN: u32 = 32;
+const HAS_MOVEMENT: u32 = 64;
 
 /// A mesh as stored.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -48,6 +50,10 @@ pub struct StoredMesh {
     pub strain_percent: Option<Vec<[f64; 2]>>,
     /// Which triangles belong to the part; `None`: all of them.
     pub part: Option<Vec<bool>>,
+    /// The surface's own Gaussian curvature at the vertices, 1/mm^2.
+    pub gaussian: Option<Vec<f64>>,
+    /// How far averaging moved each vertex, mm; NaN where a partial flattening did not get to.
+    pub movement: Option<Vec<f64>>,
 }
 
 impl StoredMesh {
@@ -60,6 +66,8 @@ impl StoredMesh {
             flat: self.flat.as_deref(),
             strain_percent: self.strain_percent.as_deref(),
             part: self.part.as_deref(),
+            gaussian: self.gaussian.as_deref(),
+            movement: self.movement.as_deref(),
         }
     }
 }
@@ -102,12 +110,16 @@ pub fn encode_mesh(parts: &MeshParts<'_>) -> Vec<u8> {
     let flat = parts.flat.filter(|f| f.len() == vertices);
     let strain = parts.strain_percent.filter(|s| s.len() == triangles);
     let part = parts.part.filter(|p| p.len() == triangles);
+    let gaussian = parts.gaussian.filter(|k| k.len() == vertices);
+    let movement = parts.movement.filter(|m| m.len() == vertices);
     let flags = [
         (uv.is_some(), HAS_UV),
         (normals.is_some(), HAS_NORMALS),
         (flat.is_some(), HAS_FLAT),
         (strain.is_some(), HAS_STRAIN),
         (part.is_some(), HAS_PART),
+        (gaussian.is_some(), HAS_GAUSSIAN),
+        (movement.is_some(), HAS_MOVEMENT),
     ]
     .iter()
     .map(|(has, flag)| u32::from(*has) * flag)
@@ -134,13 +146,22 @@ pub fn encode_mesh(parts: &MeshParts<'_>) -> Vec<u8> {
         out.extend_from_slice(&x.to_le_bytes());
     }
     out.extend(part.unwrap_or_default().iter().map(|inside| u8::from(*inside)));
+    for x in gaussian.unwrap_or_default().iter().chain(movement.unwrap_or_default()) {
+        out.extend_from_slice(&x.to_le_bytes());
+    }
     out
 }
 
 /// Bytes after the header. Counts up to `u64::MAX` do not overflow a `u128`.
 fn mesh_bytes(flags: u32, vertices: u128, triangles: u128) -> u128 {
     let per = |flag: u32, bytes: u128| if flags & flag != 0 { bytes } else { 0 };
-    vertices * (24 + per(HAS_UV, 16) + per(HAS_NORMALS, 24) + per(HAS_FLAT, 16))
+    vertices
+        * (24
+            + per(HAS_UV, 16)
+            + per(HAS_NORMALS, 24)
+            + per(HAS_FLAT, 16)
+            + per(HAS_GAUSSIAN, 8)
+            + per(HAS_MOVEMENT, 8))
         + triangles * (12 + per(HAS_STRAIN, 16) + per(HAS_PART, 1))
 }
 
@@ -174,7 +195,15 @@ pub fn decode_mesh(bytes: &[u8]) -> Result<StoredMesh, StoredError> {
     }
     let strain_percent = if flags & HAS_STRAIN != 0 { Some(read.points(triangles)?.collect()) } else { None };
     let part = if flags & HAS_PART != 0 { Some(read.take(triangles)?.iter().map(|b| *b != 0).collect()) } else { None };
-    Ok(StoredMesh { mesh: Mesh { positions, uv, triangles: triangles_read }, normals, flat, strain_percent, part })
+    let mut numbers = |flag: u32| -> Result<Option<Vec<f64>>, StoredError> {
+        if flags & flag == 0 {
+            return Ok(None);
+        }
+        Ok(Some(read.points::<1>(vertices)?.map(|[x]| x).collect()))
+    };
+    let (gaussian, movement) = (numbers(HAS_GAUSSIAN)?, numbers(HAS_MOVEMENT)?);
+    let mesh = Mesh { positions, uv, triangles: triangles_read };
+    Ok(StoredMesh { mesh, normals, flat, strain_percent, part, gaussian, movement })
 }
 
 /// Encodes a pattern. Corners that do not fit their points are taken as false.
@@ -302,20 +331,23 @@ mod tests {
     }
 
     fn stored_mesh() -> impl Strategy<Value = StoredMesh> {
-        (1_usize..20, 0_usize..20, any::<[bool; 5]>()).prop_flat_map(|(vertices, triangles, has)| {
+        (1_usize..20, 0_usize..20, any::<[bool; 7]>()).prop_flat_map(|(vertices, triangles, has)| {
             let v2 = move || prop::collection::vec([float(), float()].prop_map(DVec2::from_array), vertices);
             let v3 = move || prop::collection::vec([float(), float(), float()].prop_map(DVec3::from_array), vertices);
             let corner = 0..vertices as u32;
             let corners = prop::collection::vec([corner.clone(), corner.clone(), corner], triangles);
             let strain = prop::collection::vec([float(), float()], triangles);
             let part = prop::collection::vec(any::<bool>(), triangles);
-            (v3(), v2(), v3(), v2(), corners, strain, part).prop_map(
-                move |(positions, uv, normals, flat, triangles, strain, part)| StoredMesh {
+            let numbers = prop::collection::vec([float(), float()], vertices);
+            (v3(), v2(), v3(), v2(), corners, strain, part, numbers).prop_map(
+                move |(positions, uv, normals, flat, triangles, strain, part, numbers)| StoredMesh {
                     mesh: Mesh { positions, uv: has[0].then_some(uv), triangles },
                     normals: if has[1] { normals } else { Vec::new() },
                     flat: has[2].then_some(flat),
                     strain_percent: has[3].then_some(strain),
                     part: has[4].then_some(part),
+                    gaussian: has[5].then(|| numbers.iter().map(|n| n[0]).collect()),
+                    movement: has[6].then(|| numbers.iter().map(|n| n[1]).collect()),
                 },
             )
         })
@@ -330,6 +362,7 @@ mod tests {
             prop_assert_eq!(encode_mesh(&again.parts()), bytes);
             prop_assert_eq!(again.mesh.triangles, mesh.mesh.triangles);
             prop_assert_eq!(again.part, mesh.part);
+            prop_assert_eq!(again.movement.map(|m| m.len()), mesh.movement.map(|m| m.len()));
             prop_assert_eq!(again.flat.map(|f| f.len()), mesh.flat.map(|f| f.len()));
         }
 

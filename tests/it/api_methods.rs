@@ -316,3 +316,53 @@ async fn random_configurations_are_told_apart_by_their_seed_and_compared_from_th
     let job = live.job(&job).await;
     assert_eq!(live.ended(&job).await["problem"]["code"], "seed-not-found");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_triangulation_tells_its_curvature_and_a_sequential_flattening_what_averaging_moved() {
+    let live = live().await;
+    let surface = stored(&live, "torus-segment").await;
+    let triangulation = json!({ "method": "grid", "grid": [31, 31], "configuration": "diamond" });
+    let job = live.job(&json!({ "kind": "triangulate", "surface": surface, "triangulation": triangulation })).await;
+    live.ended(&job).await;
+    let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+    let curvature = &report["triangulation"]["curvature"];
+    assert_eq!(curvature["vertices"], 29 * 29);
+    assert_eq!(curvature["valencies"], json!([[4, 420], [8, 421]]));
+    // Valencies of 4 and 8 spoil the barycentric estimate, and not the compensated one.
+    let mean = |by: &str| curvature[by]["difference"]["mean_per_mm2"].as_f64().unwrap();
+    assert!(mean("compensated") < 0.3 * mean("barycentric"), "{curvature:#}");
+    assert!(mean("voronoi") < 0.3 * mean("barycentric"), "{curvature:#}");
+
+    let flattening = json!({ "method": "cader", "seed": "centre" });
+    let job =
+        json!({ "kind": "flatten", "surface": surface, "triangulation": triangulation, "flattening": flattening });
+    let job = live.job(&job).await;
+    assert_eq!(live.ended(&job).await["state"], "succeeded");
+    let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+    let found = &report["flattening"];
+    let levels = found["level_counts"].as_array().unwrap();
+    let sum = |k: usize| levels.iter().map(|level| level[k].as_u64().unwrap()).sum::<u64>();
+    assert_eq!(levels.len() as u64, found["levels"].as_u64().unwrap());
+    assert_eq!((sum(0), sum(1)), (1800, found["averaged_points"].as_u64().unwrap()));
+    // The lines of the grid that the part reaches.
+    let lines = report["distortion"]["iso_lines"]["lines"].as_array().unwrap();
+    assert!(lines.iter().all(|n| (25..=31).contains(&n.as_u64().unwrap())), "{lines:?}");
+    let along = report["distortion"]["iso_lines"]["shape_change_percent"].as_f64().unwrap();
+    assert!(along > 0.0 && along < 5.0, "{along}");
+
+    let csv = live.get(&format!("/v1/jobs/{job}/vertices.csv")).await.expect(200);
+    let text = csv.text();
+    let rows: Vec<Vec<&str>> = text.split_terminator("\r\n").map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len(), 31 * 31 + 1);
+    let column = |name: &str| rows[0].iter().position(|n| *n == name).unwrap();
+    let moved = rows[1..].iter().map(|row| row[column("movement_mm")].parse::<f64>().unwrap()).fold(0.0, f64::max);
+    assert_eq!(found["greatest_movement_mm"].as_f64().unwrap(), moved);
+    assert!(moved > 0.0);
+
+    // Who wants the pattern alone is not told.
+    let job = live.job(&json!({ "kind": "flatten", "surface": surface })).await;
+    live.ended(&job).await;
+    let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+    assert_eq!(report["triangulation"]["curvature"], Value::Null);
+    assert_eq!(report["flattening"]["level_counts"], Value::Null);
+}

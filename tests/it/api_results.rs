@@ -99,6 +99,9 @@ async fn a_mesh_without_a_flattening_has_every_form_too() {
     assert_eq!((&mesh["flat"], &mesh["strain_percent"], &mesh["part"]), (&Value::Null, &Value::Null, &Value::Null));
     let table = live.get(&format!("/v1/jobs/{job}/report.csv")).await.expect(200).text();
     assert!(table.lines().nth(1).unwrap().ends_with(",,,,,"), "{table}");
+    // The other table of the same mesh is another one.
+    let table = live.get(&format!("/v1/jobs/{job}/vertices.csv")).await.expect(200).text();
+    assert!(table.starts_with("vertex,u,v,"), "{table}");
     live.get(&format!("/v1/jobs/{job}/pattern.dxf")).await.expect(404).problem("result-not-found");
 }
 

@@ -115,7 +115,7 @@ async fn every_documented_call_answers_as_documented() {
         let same = live.send(reqwest::Method::GET, path, |r| r.header("If-None-Match", &tag)).await.expect(304);
         assert_eq!(same.header("etag"), Some(tag.as_str()));
     }
-    for result in ["mesh", "pattern", "report"] {
+    for result in ["mesh", "pattern", "report", "vertices"] {
         live.get(&format!("/v1/jobs/{job}/{result}")).await.expect(200);
     }
     let search = live.job(&json!({ "kind": "optimum-seed-search", "surface": surface })).await;

@@ -132,7 +132,7 @@ fn quarter() -> (Mesh, Vec<DVec3>, Vec<DVec2>, Vec<[f64; 2]>) {
 fn trimesh_and_the_gltf_validator_accept_a_mesh_and_see_it_as_meant() {
     let (mesh, normals, flat, strain) = quarter();
     let parts =
-        MeshParts { mesh: &mesh, normals: &normals, flat: Some(&flat), strain_percent: Some(&strain), part: None };
+        MeshParts { normals: &normals, flat: Some(&flat), strain_percent: Some(&strain), ..MeshParts::of(&mesh) };
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("quarter.glb");
     std::fs::write(&file, glb::write(&parts, Some("quarter \"\n日本")).expect("a mesh")).expect("written");

@@ -106,9 +106,10 @@ fn parameters(job: &Job) -> Value {
     }
 }
 
-/// A link to each form of a result.
+/// A link to each form of a result, and of what is made of it alone.
 fn links(address: &str, result: &StoredResult) -> Vec<Value> {
-    let Some(kind) = ResultKind::by_name(&result.name) else { return Vec::new() };
-    let link = |form: &Form| json!({ "rel": kind.name(), "href": format!("{address}/{}.{}", kind.name(), form.suffix()), "type": form.media() });
-    kind.forms().iter().map(link).collect()
+    let link = |kind: ResultKind, form: &Form| json!({ "rel": kind.name(), "href": format!("{address}/{}.{}", kind.name(), form.suffix()), "type": form.media() });
+    let made_of_it = |kind: &ResultKind| kind.forms().first().is_some_and(|form| kind.stored_as(*form) == result.name);
+    let kinds = ResultKind::ALL.into_iter().filter(made_of_it);
+    kinds.flat_map(|kind| kind.forms().iter().map(move |form| link(kind, form))).collect()
 }

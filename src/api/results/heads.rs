@@ -27,7 +27,7 @@ pub(super) struct Head {
 
 impl Head {
     fn new(job: &EndedJob, kind: ResultKind, form: Form) -> Option<Self> {
-        let tag = tag(job.result(kind.stored_as(form))?.digest, form, &job.labels);
+        let tag = tag(job.result(kind.stored_as(form))?.digest, kind, form, &job.labels);
         let stem = job.labels.get("part_number").or_else(|| job.labels.get(NAME)).map_or("", String::as_str);
         // A browser shows what it can show; what is made for other programs is saved.
         let inline = matches!(form, Form::Svg | Form::Json);

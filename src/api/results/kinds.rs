@@ -13,11 +13,13 @@ pub enum ResultKind {
     Report,
     /// What became of each seed.
     Seeds,
+    /// The mesh's vertices as a table.
+    Vertices,
 }
 
 impl ResultKind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Mesh, Self::Pattern, Self::Report, Self::Seeds];
+    pub const ALL: [Self; 5] = [Self::Mesh, Self::Pattern, Self::Report, Self::Seeds, Self::Vertices];
 
     /// Its name.
     #[must_use]
@@ -27,6 +29,7 @@ impl ResultKind {
             Self::Pattern => "pattern",
             Self::Report => "report",
             Self::Seeds => "seeds",
+            Self::Vertices => "vertices",
         }
     }
 
@@ -36,11 +39,12 @@ impl ResultKind {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// The name of the stored result that a form is written from: the table of triangles is the mesh's.
+    /// The name of the stored result that a form is written from: the tables of triangles and of vertices are
+    /// the mesh's.
     #[must_use]
     pub const fn stored_as(self, form: Form) -> &'static str {
         match (self, form) {
-            (Self::Report, Form::Csv) => Self::Mesh.name(),
+            (Self::Report | Self::Vertices, Form::Csv) => Self::Mesh.name(),
             _ => self.name(),
         }
     }
@@ -52,6 +56,7 @@ impl ResultKind {
             Self::Mesh => &[Form::Glb, Form::Obj, Form::Stl, Form::Ply, Form::Json],
             Self::Pattern => &[Form::Svg, Form::Dxf, Form::Json],
             Self::Report | Self::Seeds => &[Form::Json, Form::Csv],
+            Self::Vertices => &[Form::Csv],
         }
     }
 }

@@ -11,7 +11,9 @@ use crate::api::surfaces::NAME;
 use crate::engine::job::Labels;
 use crate::formats::seeds;
 use crate::formats::stored::{decode_mesh, decode_pattern};
-use crate::formats::{TitleBlock, dxf, file_stem, glb, mesh_json, obj, pattern_json, ply, stl, svg, triangles_csv};
+use crate::formats::{
+    TitleBlock, dxf, file_stem, glb, mesh_json, obj, pattern_json, ply, stl, svg, triangles_csv, vertices_csv,
+};
 use crate::store::Digest;
 
 /// What a form is written from.
@@ -27,8 +29,10 @@ pub struct Source {
 
 /// The tag of a form: of everything that its bytes are made of.
 #[must_use]
-pub(super) fn tag(digest: Digest, form: Form, labels: &Labels) -> Tag {
-    let mut parts: Vec<&[u8]> = vec![env!("CARGO_PKG_VERSION").as_bytes(), digest.bytes(), form.suffix().as_bytes()];
+pub(super) fn tag(digest: Digest, kind: ResultKind, form: Form, labels: &Labels) -> Tag {
+    // Several results are written from one that is stored: the digest alone does not tell which.
+    let (version, named) = (env!("CARGO_PKG_VERSION").as_bytes(), [kind.name().as_bytes(), form.suffix().as_bytes()]);
+    let mut parts: Vec<&[u8]> = vec![version, digest.bytes(), named[0], named[1]];
     for (key, value) in labels {
         parts.push(key.as_bytes());
         parts.push(value.as_bytes());
@@ -62,6 +66,10 @@ fn written(source: &Source, form: Form) -> Result<Bytes, String> {
                 Form::Csv => Ok(seeds::csv(&landscape)),
                 _ => seeds::json(&landscape),
             }
+        }
+        ResultKind::Vertices => {
+            let mesh = decode_mesh(&source.bytes).map_err(|e| e.to_string())?;
+            vertices_csv::write(&mesh.parts())
         }
         ResultKind::Report | ResultKind::Mesh => {
             let mesh = decode_mesh(&source.bytes).map_err(|e| e.to_string())?;

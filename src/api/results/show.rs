@@ -66,6 +66,10 @@ handlers! {
     seeds_json: Seeds Json;
     /// The same as CSV.
     seeds_csv: Seeds Csv;
+    /// The mesh's vertices as a table.
+    vertices: Vertices;
+    /// The same by its suffix.
+    vertices_csv: Vertices Csv;
 }
 
 async fn show(

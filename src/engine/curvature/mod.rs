@@ -8,11 +8,15 @@
 //! Limits: a vertex at a border has none, nor one whose triangles have no area. Where several fans of triangles meet in
 //! one vertex their angles are added; meshes of the pipeline have no such vertices.
 
+mod report;
+
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
 use crate::engine::mesh::{Mesh, Topology};
+
+pub use report::{CurvatureReport, DifferenceReport, EstimateReport};
 
 /// Sums over the triangles round a vertex.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -96,6 +100,8 @@ pub struct Differences {
     pub vertices: u64,
     /// Sum of absolute differences, 1/mm^2.
     pub sum: f64,
+    /// Least absolute difference, 1/mm^2; 0 where nothing was compared.
+    pub least: f64,
     /// Greatest absolute difference, 1/mm^2.
     pub greatest: f64,
 }
@@ -108,6 +114,7 @@ impl Differences {
         differences.fold(Self::default(), |so_far, d| Self {
             vertices: so_far.vertices + 1,
             sum: so_far.sum + d,
+            least: if so_far.vertices == 0 { d } else { so_far.least.min(d) },
             greatest: so_far.greatest.max(d),
         })
     }

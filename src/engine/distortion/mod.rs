@@ -3,6 +3,7 @@
 mod aspect;
 mod change;
 mod hot_spots;
+mod iso_lines;
 mod limits;
 mod measure;
 mod overlap;
@@ -13,6 +14,7 @@ mod verdict;
 pub use change::{Change, Original};
 pub(in crate::engine) use change::{flat_area, flat_length};
 pub use hot_spots::{HotSpot, HotSpotKind, hot_spots};
+pub use iso_lines::{IsoLineReport, IsoLinesReport, Parameter, iso_lines};
 pub use limits::{LimitCheck, Limits, Thresholds, Verdict, VerdictResult};
 pub use measure::measure;
 pub use overlap::{BorderPlace, Overlap, Overlaps, overlaps};

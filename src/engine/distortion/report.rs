@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::iso_lines::IsoLinesReport;
 use super::{HotSpot, Thresholds, Verdict};
+use crate::engine::curvature::CurvatureReport;
 use crate::engine::flattening::PinPlace;
 use crate::engine::flattening::energy_release::ReleaseReport;
 
@@ -79,6 +81,9 @@ pub struct TriangulationReport {
     pub pieces: u64,
     /// Aspect ratios.
     pub aspect_ratio: AspectRatio,
+    /// Curvature at the interior vertices, in the report of a triangulation and of a sequential flattening.
+    #[serde(default)]
+    pub curvature: Option<CurvatureReport>,
 }
 
 /// The flattening.
@@ -107,8 +112,15 @@ pub struct FlatteningReport {
     pub seed: Option<u32>,
     /// Levels of the mapping order, likewise.
     pub levels: Option<u64>,
+    /// Of each level, by sequential methods: triangles, points averaged, and of these points averaged before already (Tables 5.9
+    /// to 5.11); of the first piece.
+    #[serde(default)]
+    pub level_counts: Option<Vec<[u32; 3]>>,
     /// Points averaged, by `cader`.
     pub averaged_points: Option<u64>,
+    /// Greatest way between the first place of a vertex and its last, by `cader`, mm.
+    #[serde(default)]
+    pub greatest_movement_mm: Option<f64>,
     /// Triangles flattened.
     pub flattened: u64,
     /// Flipped triangles.
@@ -314,6 +326,9 @@ pub struct DistortionReport {
     /// Of the whole base surface, with `domain: base`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<DistortionMeasures>,
+    /// Shape change along iso-parameter lines (4.7), of the part. Null for a mesh that was sent, and where the map is exact.
+    #[serde(default)]
+    pub iso_lines: Option<IsoLinesReport>,
     /// The part's boundaries.
     pub boundary: Vec<BoundaryReport>,
     /// The thresholds of the averages.

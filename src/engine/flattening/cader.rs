@@ -192,6 +192,8 @@ pub struct Scratch {
     order: MappingOrder,
     /// Vertices, and one that is never placed.
     flat: Vec<DVec2>,
+    /// The first position of each vertex, where positions are counted.
+    first: Vec<DVec2>,
     /// How many positions each vertex has had.
     positions: Vec<u32>,
     levels: Vec<LevelCounts>,
@@ -209,6 +211,11 @@ impl Scratch {
     #[must_use]
     pub fn flat(&self) -> &[DVec2] {
         &self.flat[..self.flat.len().saturating_sub(1)]
+    }
+
+    /// How far each vertex lies from its first position after the last run of [`flatten`], mm; NaN where it did not get to.
+    pub fn movement(&self) -> impl Iterator<Item = f64> {
+        self.flat().iter().zip(&self.first).map(|(last, first)| last.distance(*first))
     }
 
     /// The triangles flattened by the last run, in order.
@@ -241,6 +248,8 @@ impl Scratch {
         // Without counts they are never read.
         if counts {
             self.positions.clear();
+            self.first.clear();
+            self.first.resize(mesh.vertices, DVec2::NAN);
         }
         self.positions.resize(mesh.vertices, 0);
         self.levels.clear();
@@ -294,6 +303,7 @@ pub fn flatten_once(
                 seed,
                 sequence: scratch.sequence().collect(),
                 levels: scratch.levels().to_vec(),
+                movement: scratch.movement().collect(),
             },
             error,
         )),
@@ -365,6 +375,9 @@ fn lay_seed(mesh: &CaderMesh, parent: Parent, seed: u32, scratch: &mut Scratch) 
     for (vertex, place) in [hinge.start, hinge.end, hinge.apex].into_iter().zip(hinge.at_origin()) {
         scratch.flat[vertex as usize] = place;
         scratch.positions[vertex as usize] = 1;
+        if let Some(first) = scratch.first.get_mut(vertex as usize) {
+            *first = place;
+        }
     }
     let mut walk = scratch.order.walk();
     // The first neighbour of the second hinge is the one across the seed's first edge.
@@ -393,6 +406,7 @@ fn process<const LAST: bool, const END: bool, const DEFAULT: bool, const COUNTS:
     let readings = if DEFAULT { Readings::default() } else { readings };
     let flat = scratch.flat.as_mut_slice();
     let positions = scratch.positions.as_mut_slice();
+    let first = scratch.first.as_mut_slice();
     let hinges = mesh.hinges.as_slice();
     let mut walk = scratch.order.walk();
     let (mut averaged, mut duplicates) = (0, 0);
@@ -417,6 +431,9 @@ fn process<const LAST: bool, const END: bool, const DEFAULT: bool, const COUNTS:
         };
         let suspicious = if before == 0 {
             flat[apex] = new.tip();
+            if COUNTS {
+                first[apex] = new.tip();
+            }
             // A reading that lets neighbours turn over may leave an edge without length: then there is no place.
             readings.check == Check::Current && !flat[apex].is_finite()
         } else {

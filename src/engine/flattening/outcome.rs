@@ -24,4 +24,6 @@ pub struct Flattening {
     pub sequence: Vec<u32>,
     /// Counts by level; level 0 is the seed.
     pub levels: Vec<LevelCounts>,
+    /// How far averaging moved each vertex from its first position (thesis Figure 6.6), mm; NaN where there is none.
+    pub movement: Vec<f64>,
 }

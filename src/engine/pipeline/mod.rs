@@ -19,7 +19,8 @@ mod unrolled;
 use glam::{DVec2, DVec3};
 
 use super::budget::{Observer, Stage};
-use super::distortion::{self, DistortionReport, InjectiveReport, Report};
+use super::curvature::CurvatureReport;
+use super::distortion::{self, DistortionReport, InjectiveReport, Report, TriangulationReport};
 use super::error::EngineError;
 use super::flattening::{FlatteningMethod, SeedChoice};
 use super::job::{JobKind, JobOptions};
@@ -77,6 +78,10 @@ pub struct Outcome {
     pub normals: Vec<DVec3>,
     /// Its flattening as placed in the pattern; NaN where a partial one did not get to.
     pub flat: Option<Vec<DVec2>>,
+    /// The surface's own Gaussian curvature at each vertex, 1/mm^2, where the job is about curvature.
+    pub gaussian: Option<Vec<f64>>,
+    /// How far averaging moved each vertex, mm; NaN where a partial flattening did not get to.
+    pub movement: Option<Vec<f64>>,
     /// Principal strains of each triangle `[least, greatest]`, percent; NaN where a partial flattening did not get to.
     pub strain_percent: Option<Vec<[f64; 2]>>,
     /// Which triangles meet the part, where the mesh is that of the whole base surface and the part is less than that.
@@ -144,7 +149,7 @@ fn of_surface(
     let meshed =
         Meshed::new(kind, &centred, options, observer).map_err(|error| centred.home.failure_back(error.into()))?;
     match kind {
-        JobKind::Triangulate => match triangulated(&meshed, observer) {
+        JobKind::Triangulate => match triangulated(kind, &meshed, observer) {
             Ok(outcome) => Ok(centred.home.outcome_back(outcome)),
             Err(error) => Err(error.into()),
         },
@@ -156,18 +161,31 @@ fn of_surface(
 }
 
 /// The outcome of a job that ends with the mesh.
-fn triangulated(meshed: &Meshed, observer: &dyn Observer) -> Result<Outcome, EngineError> {
+fn triangulated(kind: JobKind, meshed: &Meshed, observer: &dyn Observer) -> Result<Outcome, EngineError> {
+    let (gaussian, triangulation) = triangulation(kind, meshed, observer)?;
     Ok(Outcome {
+        gaussian,
         mesh: meshed.lifted.mesh.clone(),
         normals: meshed.lifted.normals.clone(),
-        report: Report {
-            triangulation: reports::triangulation(meshed, observer)?,
-            warnings: meshed.warnings(),
-            ..Report::default()
-        },
+        report: Report { triangulation, warnings: meshed.warnings(), ..Report::default() },
         options: meshed.options.clone(),
         ..Outcome::default()
     })
+}
+
+/// What is said of the mesh, and the surface's own curvature at its vertices where the job is about that.
+fn triangulation(
+    kind: JobKind,
+    meshed: &Meshed,
+    observer: &dyn Observer,
+) -> Result<(Option<Vec<f64>>, TriangulationReport), EngineError> {
+    let mut report = reports::triangulation(meshed, observer)?;
+    if !reports::tells_curvature(kind, meshed.options.flattening.method()) {
+        return Ok((None, report));
+    }
+    let own = reports::own_curvature(meshed, observer)?;
+    report.curvature = Some(CurvatureReport::of(&meshed.lifted.mesh, &meshed.topology, Some(&own)));
+    Ok((Some(own), report))
 }
 
 /// The outcome of a job that goes on to the pattern.
@@ -226,14 +244,16 @@ fn flatten(
     let laid = laid.map_err(|stopped| {
         let partial = stopped.partial.and_then(|laid| {
             // Nobody reads what there is of a job that was cancelled meanwhile.
-            let mut outcome = triangulated(meshed, observer).ok()?;
+            let mut outcome = triangulated(kind, meshed, observer).ok()?;
             outcome.part = part.map(<[bool]>::to_vec);
             outcome.strain_percent = Some(reports::strains(&meshed.lifted.mesh, &laid.flat));
             outcome.report.flattening = Some(reports::flattening(&meshed.lifted.mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
+            outcome.report.warnings.extend(laid.warnings.iter().cloned());
             outcome.seeds = laid.landscape;
             outcome.options.flattening = options.filled_flattening();
             outcome.options.flattening.seed = laid.seed_choice;
+            outcome.movement = laid.movement;
             outcome.flat = Some(laid.flat);
             Some(Box::new(outcome))
         });
@@ -286,16 +306,23 @@ fn flatten(
     filled.flattening = options.filled_flattening();
     filled.flattening.seed = laid.seed_choice;
     filled.curve_tolerance_mm = Some(meshed.curve_tolerance);
+    let iso_lines = match exact {
+        Some(_) => None,
+        None => distortion::iso_lines(mesh, &meshed.topology, &flat, part),
+    };
+    let (gaussian, triangulation) = triangulation(kind, meshed, observer)?;
     Ok(Outcome {
         mesh: mesh.clone(),
         normals: meshed.lifted.normals.clone(),
+        gaussian,
+        movement: laid.movement,
         strain_percent: Some(match &exact {
             Some(_) => reports::strains(&unrolled::on_surface(mesh, &flat), &flat),
             None => lying.strains(),
         }),
         part: part.map(<[bool]>::to_vec),
         report: Report {
-            triangulation: reports::triangulation(meshed, observer)?,
+            triangulation,
             flattening: Some(flattening),
             seed_search: laid.search,
             placement: Some(drawn.placement),
@@ -303,6 +330,7 @@ fn flatten(
             distortion: Some(DistortionReport {
                 part: measures,
                 base,
+                iso_lines,
                 boundary: drawn.boundary,
                 thresholds: options.thresholds,
                 hot_spots,

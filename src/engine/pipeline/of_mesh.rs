@@ -13,6 +13,7 @@ use super::findings::Lying;
 use super::flattened::{self, Laid, Sheet};
 use super::{Failure, Outcome, SurfaceMesh, reports};
 use crate::engine::budget::{Observer, Stage};
+use crate::engine::curvature::CurvatureReport;
 use crate::engine::distortion::{self, DistortionReport, FlatteningReport, Report};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::{FlatteningDomain, FlatteningError, FlatteningOptions, SeedChoice};
@@ -42,11 +43,10 @@ pub(super) fn run(
     let ready = ready(&mesh, options)?;
     observer.check()?;
     match kind {
-        JobKind::Triangulate => Ok(home.outcome_back(meshed(&ready, options))),
+        JobKind::Triangulate => Ok(home.outcome_back(meshed(kind, &ready, options))),
         JobKind::Flatten | JobKind::OptimumSeedSearch => {
             let seed = named_seed(&ready, options, home.offset)?;
-            let landscape = kind == JobKind::OptimumSeedSearch;
-            flatten(&ready, (surface, home), seed, landscape, options, observer)
+            flatten(kind, &ready, (surface, home), seed, options, observer)
                 .map(|outcome| home.outcome_back(outcome))
                 .map_err(|failure| home.failure_back(failure))
         }
@@ -85,15 +85,15 @@ fn named_seed(ready: &Ready, options: &JobOptions, offset: DVec3) -> Result<Opti
 }
 
 /// The outcome of a job that ends with the mesh.
-fn meshed(ready: &Ready, options: &JobOptions) -> Outcome {
+fn meshed(kind: JobKind, ready: &Ready, options: &JobOptions) -> Outcome {
+    let mut triangulation = reports::of_mesh(ready.mesh, &ready.topology);
+    if reports::tells_curvature(kind, options.flattening.method()) {
+        triangulation.curvature = Some(CurvatureReport::of(ready.mesh, &ready.topology, None));
+    }
     Outcome {
         mesh: ready.mesh.clone(),
         normals: normals(ready.mesh),
-        report: Report {
-            triangulation: reports::of_mesh(ready.mesh, &ready.topology),
-            warnings: ready.warnings.clone(),
-            ..Report::default()
-        },
+        report: Report { triangulation, warnings: ready.warnings.clone(), ..Report::default() },
         options: options.clone(),
         ..Outcome::default()
     }
@@ -101,10 +101,10 @@ fn meshed(ready: &Ready, options: &JobOptions) -> Outcome {
 
 /// The outcome of a job that goes on to the pattern.
 fn flatten(
+    kind: JobKind,
     ready: &Ready,
     (surface, home): (&SurfaceMesh, Home),
     seed: Option<u32>,
-    landscape: bool,
     options: &JobOptions,
     observer: &dyn Observer,
 ) -> Result<Outcome, Failure> {
@@ -117,18 +117,20 @@ fn flatten(
         is_surface: true,
         seed,
         part: None,
-        landscape,
+        landscape: kind == JobKind::OptimumSeedSearch,
         constraints: &constraints,
     };
     let laid = flattened::flatten(&sheet, options, observer).map_err(|stopped| {
         let partial = stopped.partial.map(|laid| {
-            let mut outcome = meshed(ready, options);
+            let mut outcome = meshed(kind, ready, options);
             outcome.strain_percent = Some(reports::strains(mesh, &laid.flat));
             outcome.report.flattening = Some(report(mesh, &laid, options));
             outcome.report.seed_search.clone_from(&laid.search);
+            outcome.report.warnings.extend(laid.warnings.iter().cloned());
             outcome.seeds = laid.landscape;
             outcome.options.flattening = filled(options);
             outcome.options.flattening.seed = laid.seed_choice;
+            outcome.movement = laid.movement;
             outcome.flat = Some(laid.flat);
             Box::new(outcome)
         });
@@ -160,7 +162,8 @@ fn flatten(
     let verdict = verdict.of_overlaps(flattening.overlaps);
     let hot_spots = lying.hot_spots(&options.limits);
     observer.check()?;
-    let mut outcome = meshed(ready, options);
+    let mut outcome = meshed(kind, ready, options);
+    outcome.movement = laid.movement;
     outcome.report.warnings.extend(laid.warnings.iter().cloned());
     outcome.report.warnings.extend(Lying::warning(&flattening, options.flattening.is_constrained()));
     outcome.options.flattening = filled(options);
@@ -174,6 +177,7 @@ fn flatten(
     outcome.report.distortion = Some(DistortionReport {
         part: measures,
         base: None,
+        iso_lines: None,
         boundary: drawn.boundary,
         thresholds: options.thresholds,
         hot_spots,

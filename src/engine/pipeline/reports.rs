@@ -1,6 +1,7 @@
 //! What the report says of a mesh and of its flattening.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 use super::flattened::Laid;
 use super::meshed::Meshed;
@@ -8,9 +9,12 @@ use crate::engine::budget::Observer;
 use crate::engine::distortion::{self, AspectRatio, FlatteningReport, TriangulationReport};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::FlatteningMethod;
-use crate::engine::job::JobOptions;
+use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::mesh::{Mesh, Topology, measures};
 use crate::engine::triangulation::{Configuration, observed_area, observed_chord_error, trace};
+
+/// Vertices whose curvature is evaluated together.
+const CURVATURE_BLOCK: usize = 1024;
 
 /// The mesh.
 ///
@@ -43,6 +47,7 @@ pub(super) fn triangulation(meshed: &Meshed, observer: &dyn Observer) -> Result<
         borders: topology.border_count() as u64,
         pieces: topology.piece_count() as u64,
         aspect_ratio: AspectRatio::of(mesh),
+        curvature: None,
     })
 }
 
@@ -64,6 +69,30 @@ pub(super) fn of_mesh(mesh: &Mesh, topology: &Topology) -> TriangulationReport {
     }
 }
 
+/// Whether curvature belongs to what a job is about: it is of no use to who only wants the pattern.
+pub(super) const fn tells_curvature(kind: JobKind, method: FlatteningMethod) -> bool {
+    match kind {
+        JobKind::Triangulate | JobKind::OptimumSeedSearch => true,
+        JobKind::Flatten => method.is_sequential(),
+    }
+}
+
+/// The surface's own Gaussian curvature at each vertex of its mesh, 1/mm^2.
+///
+/// # Errors
+/// [`EngineError::Cancelled`] when the observer asks for it.
+pub(super) fn own_curvature(meshed: &Meshed, observer: &dyn Observer) -> Result<Vec<f64>, EngineError> {
+    let places = meshed.lifted.mesh.uv.as_deref().unwrap_or_default();
+    let blocks: Vec<Vec<f64>> = places
+        .par_chunks(CURVATURE_BLOCK)
+        .map(|block| {
+            observer.check()?;
+            Ok(block.iter().map(|p| meshed.surface.curvature(p.x, p.y).gaussian).collect())
+        })
+        .collect::<Result<_, EngineError>>()?;
+    Ok(blocks.concat())
+}
+
 /// The flattening.
 pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> FlatteningReport {
     let method = options.flattening.method();
@@ -78,7 +107,11 @@ pub(super) fn flattening(mesh: &Mesh, laid: &Laid, options: &JobOptions) -> Flat
         release: laid.release.clone(),
         seed: laid.seed,
         levels: method.is_sequential().then_some(laid.levels.len() as u64),
+        level_counts: method
+            .is_sequential()
+            .then(|| laid.levels.iter().map(|level| [level.triangles, level.averaged, level.duplicates]).collect()),
         averaged_points: (method == FlatteningMethod::Cader).then_some(laid.averaged),
+        greatest_movement_mm: laid.movement.as_ref().map(|all| all.iter().copied().fold(0.0, f64::max)),
         flattened: laid.flattened,
         flips: flips(mesh, &laid.flat),
         overlaps: None,

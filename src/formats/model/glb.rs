@@ -319,7 +319,7 @@ mod tests {
         let (mesh, normals, flat) = strip();
         let strain = [[-1.0, 0.5], [0.0, 2.0]];
         let parts =
-            MeshParts { mesh: &mesh, normals: &normals, flat: Some(&flat), strain_percent: Some(&strain), part: None };
+            MeshParts { normals: &normals, flat: Some(&flat), strain_percent: Some(&strain), ..MeshParts::of(&mesh) };
         let bytes = write(&parts, Some("a \"strip\"")).unwrap();
         assert_eq!(bytes.len() % 4, 0);
         let gltf = gltf::Gltf::from_slice(&bytes).unwrap();

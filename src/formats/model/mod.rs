@@ -11,6 +11,7 @@ pub mod stl;
 mod strain_colours;
 pub mod triangles_csv;
 mod vertex_strains;
+pub mod vertices_csv;
 
 use glam::{DVec2, DVec3};
 
@@ -31,13 +32,17 @@ pub struct MeshParts<'a> {
     pub strain_percent: Option<&'a [[f64; 2]]>,
     /// Which triangles belong to the part; `None`: all of them.
     pub part: Option<&'a [bool]>,
+    /// The surface's own Gaussian curvature at the vertices, 1/mm^2.
+    pub gaussian: Option<&'a [f64]>,
+    /// How far averaging moved each vertex, mm; NaN where a partial flattening did not get to.
+    pub movement: Option<&'a [f64]>,
 }
 
 impl<'a> MeshParts<'a> {
     /// A mesh and nothing else.
     #[must_use]
     pub const fn of(mesh: &'a Mesh) -> Self {
-        Self { mesh, normals: &[], flat: None, strain_percent: None, part: None }
+        Self { mesh, normals: &[], flat: None, strain_percent: None, part: None, gaussian: None, movement: None }
     }
 
     /// Whether a triangle belongs to the part.
@@ -70,6 +75,8 @@ impl<'a> From<&'a Outcome> for MeshParts<'a> {
             flat: outcome.flat.as_deref(),
             strain_percent: outcome.strain_percent.as_deref(),
             part: outcome.part.as_deref(),
+            gaussian: outcome.gaussian.as_deref(),
+            movement: outcome.movement.as_deref(),
         }
     }
 }

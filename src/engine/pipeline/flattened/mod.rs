@@ -39,6 +39,8 @@ pub(super) struct Laid {
     pub levels: Vec<LevelCounts>,
     /// Points averaged, in all pieces.
     pub averaged: u64,
+    /// How far averaging moved each vertex, mm, by the method that averages; NaN where there is none.
+    pub movement: Option<Vec<f64>>,
     /// Triangles flattened, in all pieces.
     pub flattened: u64,
     /// How the map of least energy was found, with the area that its mean is over, in all pieces that needed one.
@@ -68,6 +70,7 @@ impl Laid {
             seed_choice: None,
             levels: Vec::new(),
             averaged: 0,
+            movement: None,
             flattened: 0,
             solver: None,
             injective: None,
@@ -266,6 +269,10 @@ impl PieceJob<'_> {
         observer.check()?;
         let (flattening, error) = cader::flatten_once(mesh, self.topology, readings, seed)?;
         laid.flattened += flattening.sequence.len() as u64;
+        let movement = laid.movement.get_or_insert_with(|| vec![f64::NAN; laid.flat.len()]);
+        for (&v, &moved) in self.piece.vertex_of.iter().zip(&flattening.movement) {
+            movement[v as usize] = moved;
+        }
         laid.averaged += flattening.levels.iter().map(|l| u64::from(l.averaged)).sum::<u64>();
         if self.first {
             laid.seed = Some(self.piece.triangle_of[seed as usize]);

@@ -333,7 +333,7 @@ fn our_own_files_come_back_where_they_were() {
         triangles: vec![[0, 1, 2], [0, 2, 3]],
     };
     let normals = vec![DVec3::Z; 4];
-    let parts = MeshParts { mesh: &mesh, normals: &normals, flat: None, strain_percent: None, part: None };
+    let parts = MeshParts { normals: &normals, ..MeshParts::of(&mesh) };
     let read = of(&glb::write(&parts, Some("panel 7")).unwrap());
     assert_eq!(read.name.as_deref(), Some("panel 7"));
     assert_eq!(read.assembled.mesh.triangles, mesh.triangles);
