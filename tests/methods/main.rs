@@ -4,5 +4,6 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod against_cader;
+mod configurations;
 mod energy_release;
 mod outlines;
