@@ -9,11 +9,14 @@ use std::f64::consts::PI;
 use anyhow::Result;
 use glam::{DVec2, DVec3};
 use planish::engine::curvature::rings;
+use planish::engine::flattening::cader::flatten_once;
 use planish::engine::flattening::{Anchor, Order, Parent, Readings};
+use planish::engine::mesh::measures::areas;
 use planish::engine::mesh::{Mesh, Topology};
 use planish::engine::nurbs::Domain;
 use planish::engine::triangulation::{Configuration, GridLines, Skew, SkewedPoints, SkewedSide, grid_mesh};
 
+use crate::study::correlation;
 use crate::table::{NONE, OURS, THESIS, Table, figure, figure_or_none, note};
 use crate::trial::{Trial, name, reading};
 
@@ -88,12 +91,51 @@ pub(crate) fn tests() -> Result<()> {
         let zero = |x: f64| if x.abs() < 1e-10 { "0".to_owned() } else { figure(x) };
         note(&format!("K of the mesh by (5.7), in units of 1/radius^2: {} to {}.", zero(least), zero(greatest)));
     }
+    movement_and_area()?;
     if let [.., (_, test_3), _, (_, severe)] = greatest_curvature[..] {
         let factor = figure_or_none(Some(severe / test_3));
         note(&format!(
             "Greatest K, severe case over Test 3: thesis 6, ours {factor}. \"Least shape\" is that of the seed of least area change."
         ));
     }
+    Ok(())
+}
+
+/// Movements and changes below this, relative to the radius and its square, are rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Figures 6.6 and 6.7: whether triangles change their area where vertices are moved by averaging.
+fn movement_and_area() -> Result<()> {
+    let mut table = Table::new(
+        "Figures 6.6 and 6.7. Test 3 from the optimum seed: vertices moved, triangles changed",
+        &["Reading", "vertices moved", "triangles changed", "of these without a moved corner", "rank correlation"],
+    );
+    let skew = cases().into_iter().find(|case| case.title.starts_with("Test 3")).and_then(|case| case.skew);
+    let mesh = mesh(skew.as_ref())?;
+    let topology = Topology::new(&mesh)?;
+    for readings in readings() {
+        let Some(optimum) = Trial::of(&mesh, readings)?.optimum else { continue };
+        let (flattening, _) = flatten_once(&mesh, &topology, readings, optimum.seed)?;
+        let movement: Vec<f64> = (mesh.triangles.iter())
+            .map(|corners| corners.iter().map(|&v| flattening.movement[v as usize]).fold(0.0, f64::max))
+            .collect();
+        let change: Vec<f64> = (mesh.triangles.iter().zip(areas(&mesh)))
+            .map(|(corners, area)| {
+                let [a, b, c] = corners.map(|v| flattening.flat[v as usize]);
+                (0.5 * (b - a).perp_dot(c - a) - area).abs()
+            })
+            .collect();
+        let changed = || movement.iter().zip(&change).filter(|(_, change)| **change > ROUNDING);
+        let rank = correlation(&movement, &change).map_or_else(|| NONE.to_owned(), |rho| format!("{rho:+.2}"));
+        table.row([
+            name(readings),
+            format!("{} of {}", flattening.movement.iter().filter(|m| **m > ROUNDING).count(), mesh.positions.len()),
+            format!("{} of {}", changed().count(), mesh.triangles.len()),
+            changed().filter(|(movement, _)| **movement <= ROUNDING).count().to_string(),
+            rank,
+        ]);
+    }
+    table.print();
     Ok(())
 }
 

@@ -98,7 +98,7 @@ fn point(panel: &Panel, diagonals: Diagonals) -> Result<Option<Point>> {
 }
 
 /// Spearman's rank correlation; `None` where one side is all the same.
-fn correlation(xs: &[f64], ys: &[f64]) -> Option<f64> {
+pub(crate) fn correlation(xs: &[f64], ys: &[f64]) -> Option<f64> {
     let (a, b) = (ranks(xs), ranks(ys));
     let mean = f64::midpoint(xs.len() as f64, 1.0);
     let product = |p: &[f64], q: &[f64]| p.iter().zip(q).map(|(p, q)| (p - mean) * (q - mean)).sum::<f64>();

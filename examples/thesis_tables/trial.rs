@@ -46,6 +46,7 @@ pub(crate) struct Trial {
 /// A row of Table 5.7.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Optimum {
+    pub(crate) seed: u32,
     pub(crate) area_percent: f64,
     pub(crate) area_average: f64,
     pub(crate) shape_percent: f64,
@@ -69,6 +70,7 @@ impl Trial {
                 let area = original.area_change(&flattening.flat, Thresholds::default());
                 let shape = original.shape_change(&flattening.flat, Thresholds::default());
                 Some(Optimum {
+                    seed: best.seed,
                     area_percent: area.percent(),
                     area_average: area.average,
                     shape_percent: shape.percent(),
