@@ -17,7 +17,7 @@ pub enum JobKind {
     Triangulate,
     /// A mesh, its flattening, and the pattern.
     Flatten,
-    /// Every seed of the mesh run to its end (thesis 4.4.4), and the flattening from the best.
+    /// Every seed of the mesh run to its end (thesis 4.4.4), or the predicted ones, and the flattening from the best.
     OptimumSeedSearch,
 }
 
@@ -65,6 +65,19 @@ pub enum SearchStrategy {
     /// All of them.
     #[default]
     Exhaustive,
+    /// A few that the shape points to.
+    Predicted,
+}
+
+impl SearchStrategy {
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Exhaustive => "exhaustive",
+            Self::Predicted => "predicted",
+        }
+    }
 }
 
 /// The `search` object of a job.

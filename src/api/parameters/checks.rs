@@ -158,7 +158,7 @@ fn method(options: &JobOptions, faults: &mut Vec<Fault>) {
             foreign(asked.readings.is_some(), "readings", "the readings are those of the method `cader`");
             let detail =
                 "the optimum is searched for with the method `cader`: take another seed, or none, which is `centre`";
-            foreign(asked.seed == Some(SeedChoice::Optimum), "seed", detail);
+            foreign(matches!(asked.seed, Some(SeedChoice::Optimum | SeedChoice::Predicted)), "seed", detail);
             let release = asked.release.unwrap_or_default();
             let detail = "only `mccartney` moves vertices by a step of its own: leave this out";
             foreign(release.step.is_some() && method == FlatteningMethod::Wang, "release/step", detail);
@@ -208,7 +208,7 @@ fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
                 faults.push(fault("/flattening/seed/vertices", "a triangle has three different vertices"));
             }
         }
-        Some(SeedChoice::Centre | SeedChoice::Optimum) | None => {}
+        Some(SeedChoice::Centre | SeedChoice::Optimum | SeedChoice::Predicted) | None => {}
     }
 }
 
@@ -301,8 +301,8 @@ pub fn check_kind(kind: JobKind, options: &JobOptions) -> Vec<Fault> {
         return Vec::new();
     }
     let mut faults = Vec::new();
-    if options.flattening.seed.is_some_and(|seed| seed != SeedChoice::Optimum) {
-        let detail = "a search for the optimum tries every seed: leave the seed out, or flatten with this one";
+    if options.flattening.seed.is_some_and(|seed| !matches!(seed, SeedChoice::Optimum | SeedChoice::Predicted)) {
+        let detail = "a search for the optimum tries many seeds: leave the seed out, or flatten with this one";
         faults.push(fault("/flattening/seed", detail));
     }
     if options.flattening.method.is_some_and(|method| method != FlatteningMethod::Cader) {

@@ -6,8 +6,9 @@ use serde_json::Value;
 use super::checks::MAX_BUDGET_S;
 use super::checks::{MAX_TRIANGLES, grid_triangles};
 use crate::engine::flattening::{FlatteningMethod, SeedChoice};
-use crate::engine::job::{JobKind, JobOptions};
+use crate::engine::job::{JobKind, JobOptions, SearchStrategy};
 use crate::engine::pipeline::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, OPTIMUM_UP_TO, default_triangles};
+use crate::engine::seed::predicted;
 use crate::engine::triangulation::Density;
 
 /// Triangles times the relative chord (or area) tolerance, on doubly curved parts of which no more is known: real faces
@@ -88,12 +89,18 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
             if kind == JobKind::Triangulate { foretold } else { foretold.clamp(least, most) }
         }
     };
-    let searched = match (kind, method, options.flattening.seed) {
-        (JobKind::OptimumSeedSearch, ..) | (JobKind::Flatten, FlatteningMethod::Cader, Some(SeedChoice::Optimum)) => {
-            true
-        }
-        (JobKind::Flatten, FlatteningMethod::Cader, None) => triangles <= OPTIMUM_UP_TO as u64,
-        (JobKind::Triangulate | JobKind::Flatten, ..) => false,
+    let seed = options.flattening.seed;
+    let searched = kind == JobKind::OptimumSeedSearch
+        || (kind == JobKind::Flatten
+            && method == FlatteningMethod::Cader
+            && matches!(seed, Some(SeedChoice::Optimum | SeedChoice::Predicted) | None));
+    let predicted = options.search.strategy == SearchStrategy::Predicted
+        || seed == Some(SeedChoice::Predicted)
+        || (kind == JobKind::Flatten && seed.is_none() && triangles > OPTIMUM_UP_TO as u64);
+    let tried = match (searched, predicted) {
+        (true, true) => predicted::trials(triangles as usize) as u64,
+        (true, false) => triangles,
+        (false, _) => 0,
     };
     let solved = kind == JobKind::Flatten && method == FlatteningMethod::Isometric;
     let injective = solved && options.flattening.injective();
@@ -103,12 +110,9 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
         + if solved { SOLVER_VISITS_PER_TRIANGLE } else { 0 }
         + if injective { INJECTIVE_VISITS_PER_TRIANGLE } else { 0 };
     let once = each.saturating_mul(triangles);
-    if !searched {
-        return once;
-    }
     // The first seeds are tried whatever the budget is.
     let budget = options.search.budget_s.map_or(u64::MAX, |s| (s * VISITS_PER_SECOND as f64) as u64);
-    once.saturating_add(triangles.saturating_mul(triangles).min(budget))
+    once.saturating_add(tried.saturating_mul(triangles).min(budget))
 }
 
 /// Triangles of a mesh whose density is left to a tolerance.
@@ -146,7 +150,13 @@ mod tests {
         assert_eq!(cost(JobKind::Triangulate, &options, mesh), 20 * 30, "a mesh has the triangles it has");
         options.flattening.seed = None;
         options.triangulation.grid = Some([101, 101]);
-        assert_eq!(cost(JobKind::Flatten, &options, size), 20 * 20_000);
+        assert_eq!(cost(JobKind::Flatten, &options, size), (20 + 64) * 20_000, "few seeds are tried on a fine mesh");
+        options.triangulation.grid = Some([41, 41]);
+        options.flattening.seed = Some(SeedChoice::Predicted);
+        assert_eq!(cost(JobKind::Flatten, &options, size), (20 + 25) * 3200);
+        options.flattening.seed = None;
+        options.search.strategy = SearchStrategy::Predicted;
+        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), (20 + 25) * 3200);
     }
 
     #[test]
@@ -192,7 +202,7 @@ mod tests {
         let once = 20 * 180_000;
         assert_eq!(cost(JobKind::Flatten, &options, size), 520 * 180_000);
         options.flattening.method = Some(FlatteningMethod::Cader);
-        assert_eq!(cost(JobKind::Flatten, &options, size), once);
+        assert_eq!(cost(JobKind::Flatten, &options, size), once + 64 * 180_000);
         assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), once + 180_000 * 180_000);
         options.search.budget_s = Some(2.5);
         assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), once + 250_000_000);

@@ -43,6 +43,10 @@ pub const CODES: &[(&str, &str)] = &[
     ("mesh-zero-area", "A triangle of the mesh has no area."),
     ("no-area", "The part has no area at this density: no triangle of the mesh lies inside its loops."),
     (
+        "no-predicted-seed-succeeds",
+        "None of the seed triangles that the shape points to flattens the mesh without a flip. Let every seed be tried.",
+    ),
+    (
         "no-seed-succeeds",
         "A triangle turned over from whichever triangle the flattening began. The part is too doubly curved for the method, or \
          its mesh too dense: try a coarser mesh, another reading, or the domain `trimmed`.",

@@ -208,7 +208,7 @@ pub struct OverlapSide {
 pub struct SeedSearchReport {
     /// What is minimised: `area` or `shape`.
     pub measure: String,
-    /// Which seeds were to be tried.
+    /// Which seeds were to be tried: `exhaustive` or `predicted`.
     pub strategy: String,
     /// Seeds that there are.
     pub seeds: u64,
@@ -228,8 +228,12 @@ pub struct SeedSearchReport {
     pub worst_percent: Option<f64>,
     /// Seeds abandoned since they could no longer win.
     pub abandoned: u64,
-    /// Whether every seed had its turn. Where not, the budget had run out, and another run may find another best.
+    /// Whether every seed had its turn. Where not, the strategy tries few, or the budget had run out: then another run may
+    /// find another best.
     pub complete: bool,
+    /// Whether some seed succeeds (thesis 4.4.2); null where none of those tried did, and not all were.
+    #[serde(default)]
+    pub almost_developable: Option<bool>,
     /// The budget, seconds, where there was one.
     pub budget_s: Option<f64>,
 }

@@ -81,6 +81,18 @@ pub enum FlatteningError {
         /// The failure of the seed that got furthest.
         furthest: Box<FlatteningError>,
     },
+    /// None of the seeds that the shape points to succeeds.
+    #[error(
+        "none of the {tried} seed triangles (of {seeds}) that the shape points to flattens this mesh without a flip"
+    )]
+    NonePredicted {
+        /// How many were tried.
+        tried: u32,
+        /// How many there are.
+        seeds: u32,
+        /// The failure of the seed that got furthest.
+        furthest: Box<FlatteningError>,
+    },
     /// The seed does not exist.
     #[error("seed triangle {seed} does not exist: the mesh has {triangles} triangles")]
     SeedOutOfRange {
@@ -189,6 +201,7 @@ impl Located for FlatteningError {
             Self::CirclesMiss { .. } => "circles-miss",
             Self::NoSeed { .. } => "no-seed-succeeds",
             Self::BudgetSpent { .. } => "budget-spent",
+            Self::NonePredicted { .. } => "no-predicted-seed-succeeds",
             Self::SeedOutOfRange { .. } => "seed-out-of-range",
             Self::SeedNotFound => "seed-not-found",
             Self::SeveralPieces { .. } => "several-pieces",
@@ -210,7 +223,9 @@ impl Located for FlatteningError {
             | Self::PinsNotMet { place, .. }
             | Self::PinOffSurface { place, .. }
             | Self::PinsContradict { place, .. } => (**place).clone(),
-            Self::NoSeed { furthest, .. } | Self::BudgetSpent { furthest, .. } => furthest.place(),
+            Self::NoSeed { furthest, .. }
+            | Self::BudgetSpent { furthest, .. }
+            | Self::NonePredicted { furthest, .. } => furthest.place(),
             Self::Mesh(fault) => fault.place(),
             _ => Place::default(),
         }
@@ -239,6 +254,13 @@ impl Located for FlatteningError {
                 least_distortion(),
                 Remedy::on_grid(COARSER, [20, 20]),
                 Remedy::say("Divide the part: this much curvature cannot lie flat without great distortion."),
+            ],
+            Self::NonePredicted { .. } => vec![
+                least_distortion(),
+                Remedy::say("Let every seed be tried.")
+                    .with("flattening.seed", SetValue::Text("optimum".into()))
+                    .with("search.strategy", SetValue::Nothing),
+                Remedy::on_grid(COARSER, [30, 30]),
             ],
             Self::BudgetSpent { .. } => vec![
                 least_distortion(),

@@ -154,6 +154,8 @@ pub enum SeedChoice {
     Centre,
     /// `"optimum"`: the one with the least area change (lowest index on ties), every seed tried.
     Optimum,
+    /// `"predicted"`: the least area change of a few seeds that the shape points to.
+    Predicted,
     /// `{ "uv": [u, v] }`: the triangle that holds this place of the domain.
     Uv([f64; 2]),
     /// `{ "xyz": [x, y, z] }`: the triangle nearest to this place in space, mm.
@@ -208,7 +210,8 @@ pub struct FlatteningOptions {
     /// Boundary curves whose lengths `isometric` keeps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keep: Option<Vec<Keep>>,
-    /// The seed of sequential methods. Absent: by `cader` `optimum` up to 8000 triangles, else `centre`.
+    /// The seed of sequential methods. Absent: by `cader` `optimum` up to 8000 triangles, above `predicted`; else
+    /// `centre`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<SeedChoice>,
     /// The readings of `cader`.

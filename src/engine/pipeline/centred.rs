@@ -110,9 +110,9 @@ impl Home {
             | FlatteningError::PinsNotMet { place, .. }
             | FlatteningError::PinOffSurface { place, .. }
             | FlatteningError::PinsContradict { place, .. } => self.place_back(place),
-            FlatteningError::NoSeed { furthest, .. } | FlatteningError::BudgetSpent { furthest, .. } => {
-                self.flattening_back(furthest);
-            }
+            FlatteningError::NoSeed { furthest, .. }
+            | FlatteningError::BudgetSpent { furthest, .. }
+            | FlatteningError::NonePredicted { furthest, .. } => self.flattening_back(furthest),
             _ => {}
         }
     }

@@ -23,7 +23,7 @@ use super::curvature::CurvatureReport;
 use super::distortion::{self, DistortionReport, InjectiveReport, Report, TriangulationReport};
 use super::error::EngineError;
 use super::flattening::{FlatteningMethod, SeedChoice};
-use super::job::{JobKind, JobOptions};
+use super::job::{JobKind, JobOptions, SearchStrategy};
 use super::mesh::Mesh;
 use super::pattern::{self, DrawInput, Locator, Pattern};
 use super::seed::SeedLandscape;
@@ -129,7 +129,9 @@ pub fn run<'a>(
         // A search for the best seed is not told where to begin.
         searching = options.clone();
         searching.flattening.method = Some(FlatteningMethod::Cader);
-        searching.flattening.seed = Some(SeedChoice::Optimum);
+        let predicted = options.flattening.seed == Some(SeedChoice::Predicted)
+            || options.search.strategy == SearchStrategy::Predicted;
+        searching.flattening.seed = Some(if predicted { SeedChoice::Predicted } else { SeedChoice::Optimum });
         options = &searching;
     }
     match surface.into() {

@@ -75,11 +75,11 @@ fn named_seed(ready: &Ready, options: &JobOptions, offset: DVec3) -> Result<Opti
             return Err(EngineError::Parameter {
                 name: "flattening.seed".into(),
                 detail: "a mesh has no (u, v): name the seed by a triangle's index, by { \"xyz\": [x, y, z] }, as \
-                         `centre` or as `optimum`"
+                         `centre`, `predicted` or `optimum`"
                     .into(),
             });
         }
-        Some(SeedChoice::Centre | SeedChoice::Optimum) | None => return Ok(None),
+        Some(SeedChoice::Centre | SeedChoice::Optimum | SeedChoice::Predicted) | None => return Ok(None),
     };
     Ok(Some(seed))
 }

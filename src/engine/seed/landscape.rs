@@ -3,7 +3,7 @@
 use crate::engine::distortion::SeedSearchReport;
 use crate::engine::flattening::FlatteningError;
 use crate::engine::flattening::cader::Stop;
-use crate::engine::job::{SearchMeasure, SearchOptions, SearchStrategy};
+use crate::engine::job::{SearchMeasure, SearchOptions};
 
 /// Changes of a whole flattening, percent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -83,6 +83,8 @@ pub struct SeedSearch {
     pub succeeded: u64,
     /// Seeds abandoned since they could no longer win.
     pub abandoned: u64,
+    /// Whether it ended since its time had run out.
+    pub spent: bool,
     /// What was asked for.
     pub options: SearchOptions,
 }
@@ -92,6 +94,13 @@ impl SeedSearch {
     #[must_use]
     pub fn complete(&self) -> bool {
         self.tried == self.outcomes.len() as u64
+    }
+
+    /// Whether some seed succeeds (thesis 4.4.2); not known where none of those tried did, and not all were.
+    #[must_use]
+    pub fn almost_developable(&self) -> Option<bool> {
+        let known = self.succeeded > 0 || (self.complete() && !self.outcomes.is_empty());
+        known.then_some(self.succeeded > 0)
     }
 
     /// The search as a report gives it; `triangle_of` names the seeds as triangles of the whole mesh.
@@ -104,9 +113,7 @@ impl SeedSearch {
         let worst = self.worst.filter(|_| all);
         SeedSearchReport {
             measure: self.options.measure.name().to_owned(),
-            strategy: match self.options.strategy {
-                SearchStrategy::Exhaustive => "exhaustive".to_owned(),
-            },
+            strategy: self.options.strategy.name().to_owned(),
             seeds: self.outcomes.len() as u64,
             tried: self.tried,
             succeeded: self.succeeded,
@@ -117,6 +124,7 @@ impl SeedSearch {
             worst_percent: worst.map(|worst| worst.percent),
             abandoned: self.abandoned,
             complete: self.complete(),
+            almost_developable: self.almost_developable(),
             budget_s: self.options.budget_s,
         }
     }

@@ -1,12 +1,13 @@
 //! Seeds: candidates and the exhaustive search (thesis 4.4.4).
 //!
 //! A seed is the triangle that a sequential flattening starts from. [`locate`] finds one by a name or a place,
-//! [`search`](search::search) tries them all.
+//! [`search`](search::search) tries them all, or those few that [`predicted`] names.
 
 mod bound;
 mod candidates;
 mod landscape;
 pub mod locate;
+pub mod predicted;
 pub mod search;
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! The exhaustive seed search (thesis 4.4.4): every triangle is tried as the seed, the least change wins.
+//! The seed search (thesis 4.4.4): every triangle is tried as the seed, the least change wins. Or few are tried, those that
+//! [`predicted`] names.
 //!
 //! Seeds are tried in the order of [`candidates`], in slices whose sizes follow from the mesh alone. The
 //! threads of the caller's rayon pool take the seeds of a slice one by one; every outcome is computed by itself. Between
@@ -15,14 +16,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::bound::{Tally, Terms, widened};
-use super::candidates;
 use super::landscape::{Changes, Ranked, SeedOutcome, SeedSearch};
+use super::{candidates, predicted};
 use crate::engine::budget::Observer;
 use crate::engine::distortion::Original;
 use crate::engine::error::EngineError;
 use crate::engine::flattening::cader::{self, CaderMesh, Scratch, Stop};
 use crate::engine::flattening::{FlatteningError, Readings};
-use crate::engine::job::{SearchMeasure, SearchOptions};
+use crate::engine::job::{SearchMeasure, SearchOptions, SearchStrategy};
 use crate::engine::mesh::{Mesh, Topology};
 
 /// Triangles that a slice flattens: some 20 ms of one thread's work. Large against the cost of waking the threads for
@@ -48,8 +49,8 @@ pub struct SearchSettings<'a> {
     pub landscape: bool,
 }
 
-/// Tries every triangle of a mesh of one piece as the seed. When no seed succeeds that is part of the answer, not an
-/// error.
+/// Tries triangles of a mesh of one piece as the seed, as many as the strategy says. When no seed succeeds that is part of
+/// the answer, not an error.
 ///
 /// # Errors
 /// [`EngineError::Cancelled`]; [`FlatteningError::Mesh`] and [`FlatteningError::SeveralPieces`] for a mesh that no seed
@@ -75,20 +76,17 @@ pub fn search(
         outcomes: vec![SeedOutcome::Untried; seeds],
         best: None,
         tried: 0,
+        spent: false,
     };
-    let mut size = FIRST_SLICE;
-    let sample = candidates::sample(seeds);
-    let mut goes_on = search.run(&sample, &mut size, observer)?;
-    if goes_on {
-        let others = candidates::others(topology, &search.ranked(sample));
-        goes_on = search.run(&others, &mut size, observer)?;
+    match settings.options.strategy {
+        SearchStrategy::Exhaustive => search.all(topology, observer)?,
+        SearchStrategy::Predicted => predicted::run(&mut search, mesh, topology, observer)?,
     }
-    debug_assert!(!goes_on || search.tried == seeds);
     search.conclude(mesh)
 }
 
 /// A search under way.
-struct Search<'a> {
+pub(super) struct Search<'a> {
     prepared: &'a CaderMesh,
     original: &'a Original,
     /// What the tallies of runs are made of, where seeds may be abandoned.
@@ -99,6 +97,8 @@ struct Search<'a> {
     /// Least change so far, percent.
     best: Option<f64>,
     tried: usize,
+    /// Whether the time ran out.
+    spent: bool,
 }
 
 /// What one thread has to itself.
@@ -109,6 +109,18 @@ struct Worker {
 }
 
 impl Search<'_> {
+    /// Tries all seeds, as far as there is time.
+    fn all(&mut self, topology: &Topology, observer: &dyn Observer) -> Result<(), EngineError> {
+        let mut size = FIRST_SLICE;
+        let sample = candidates::sample(self.outcomes.len());
+        if self.run(&sample, &mut size, observer)? {
+            let others = candidates::others(topology, &self.ranked(sample));
+            self.run(&others, &mut size, observer)?;
+        }
+        debug_assert!(self.spent || self.tried == self.outcomes.len());
+        Ok(())
+    }
+
     /// Tries these seeds in slices. Gives whether there was time for all of them.
     fn run(&mut self, seeds: &[u32], size: &mut usize, observer: &dyn Observer) -> Result<bool, EngineError> {
         let total = self.outcomes.len();
@@ -118,12 +130,11 @@ impl Search<'_> {
         let mut rest = seeds;
         while !rest.is_empty() {
             observer.check()?;
-            // The first slice is always tried: a search without any seed would have nothing to say.
-            if self.tried > 0 && self.settings.options.budget_s.is_some_and(|budget| observer.out_of_time(budget)) {
+            if self.out_of_time(observer) {
                 return Ok(false);
             }
             let (slice, later) = rest.split_at((*size).min(rest.len()));
-            self.slice(slice, observer)?;
+            self.slice(slice, self.best, observer)?;
             observer.progress(self.tried as f64 / total as f64);
             *size = (*size * 2).min(largest);
             rest = later;
@@ -131,12 +142,40 @@ impl Search<'_> {
         Ok(true)
     }
 
-    /// Tries the seeds of one slice on all threads, with the bound as it was before.
-    fn slice(&mut self, slice: &[u32], observer: &dyn Observer) -> Result<(), EngineError> {
-        let bound = self.best.map(|percent| self.bound(percent));
+    /// Whether the time has run out. The first slice is always tried: a search without any seed would have nothing to say.
+    pub(super) fn out_of_time(&mut self, observer: &dyn Observer) -> bool {
+        self.spent |=
+            self.tried > 0 && self.settings.options.budget_s.is_some_and(|budget| observer.out_of_time(budget));
+        self.spent
+    }
+
+    /// Whether the time was found to have run out.
+    pub(super) const fn spent(&self) -> bool {
+        self.spent
+    }
+
+    /// Seeds whose turn came.
+    pub(super) const fn tried(&self) -> usize {
+        self.tried
+    }
+
+    /// The change of a seed that flattened the whole mesh, percent.
+    pub(super) fn change(&self, seed: u32) -> Option<f64> {
+        self.outcomes[seed as usize].changes()?.of(self.settings.options.measure)
+    }
+
+    /// Tries the seeds of one slice on all threads. Where seeds may be abandoned, those are that cannot come to this
+    /// change, percent, any more.
+    pub(super) fn slice(
+        &mut self,
+        slice: &[u32],
+        lost_above: Option<f64>,
+        observer: &dyn Observer,
+    ) -> Result<(), EngineError> {
+        let bound = lost_above.map(|percent| self.bound(percent));
         let (prepared, original, terms, settings) = (self.prepared, self.original, self.terms.as_ref(), self.settings);
         let (next, cancelled) = (AtomicUsize::new(0), AtomicBool::new(false));
-        self.workers.par_iter_mut().with_max_len(1).for_each(|worker| {
+        let work = |worker: &mut Worker| {
             while let Some(&seed) = slice.get(next.fetch_add(1, Ordering::Relaxed)) {
                 if cancelled.load(Ordering::Relaxed) || observer.is_cancelled() {
                     cancelled.store(true, Ordering::Relaxed);
@@ -153,7 +192,12 @@ impl Search<'_> {
                 };
                 worker.found.push((seed, outcome));
             }
-        });
+        };
+        match (slice, self.workers.as_mut_slice()) {
+            // One seed wakes no thread.
+            ([_], [worker, ..]) => work(worker),
+            (_, workers) => workers.par_iter_mut().with_max_len(1).for_each(work),
+        }
         if cancelled.into_inner() {
             return Err(EngineError::Cancelled);
         }
@@ -178,7 +222,18 @@ impl Search<'_> {
     }
 
     /// These seeds, the best first; those that failed after them, the furthest first.
-    fn ranked(&self, mut seeds: Vec<u32>) -> Vec<u32> {
+    pub(super) fn ranked(&self, mut seeds: Vec<u32>) -> Vec<u32> {
+        seeds.sort_by(|&a, &b| self.compare(a, b).then(a.cmp(&b)));
+        seeds
+    }
+
+    /// Whether a seed came to more than another.
+    pub(super) fn is_better(&self, seed: u32, than: u32) -> bool {
+        self.compare(seed, than).is_lt()
+    }
+
+    /// The better first.
+    fn compare(&self, a: u32, b: u32) -> std::cmp::Ordering {
         let measure = self.settings.options.measure;
         let rank = |seed: u32| match self.outcomes[seed as usize] {
             SeedOutcome::Flattened(changes) => (0, changes.of(measure).unwrap_or(f64::INFINITY)),
@@ -186,11 +241,8 @@ impl Search<'_> {
             SeedOutcome::Stopped(Stop::Flipped { flattened, .. }) => (2, -f64::from(flattened)),
             SeedOutcome::Stopped(_) | SeedOutcome::Untried => (3, 0.0),
         };
-        seeds.sort_by(|&a, &b| {
-            let (a, b) = ((rank(a), a), (rank(b), b));
-            a.0.0.cmp(&b.0.0).then(a.0.1.total_cmp(&b.0.1)).then(a.1.cmp(&b.1))
-        });
-        seeds
+        let (a, b) = (rank(a), rank(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     }
 
     /// Compares the outcomes in the order of the seeds.
@@ -226,6 +278,7 @@ impl Search<'_> {
             tried: self.tried as u64,
             succeeded,
             abandoned,
+            spent: self.spent,
             options: self.settings.options,
             outcomes: self.outcomes,
         })
@@ -251,8 +304,10 @@ impl Search<'_> {
         };
         let (tried, seeds) = (self.tried as u32, self.outcomes.len() as u32);
         let furthest = Box::new(stop.error(mesh, furthest.1, scratch.flat()));
-        if tried < seeds {
+        if self.spent {
             FlatteningError::BudgetSpent { tried, seeds, furthest }
+        } else if tried < seeds {
+            FlatteningError::NonePredicted { tried, seeds, furthest }
         } else {
             FlatteningError::NoSeed { tried, furthest }
         }

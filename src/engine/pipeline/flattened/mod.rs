@@ -18,13 +18,13 @@ use crate::engine::error::EngineError;
 use crate::engine::flattening::cader::{self, Stop};
 use crate::engine::flattening::energy_release::ReleaseReport;
 use crate::engine::flattening::{FlatteningError, FlatteningMethod, LevelCounts, SeedChoice};
-use crate::engine::job::JobOptions;
+use crate::engine::job::{JobOptions, SearchStrategy};
 use crate::engine::mesh::{Mesh, Piece, Topology, check_sheet, pieces, sheet as sheet_of};
 use crate::engine::pattern::Hold;
 use crate::engine::seed::{SeedLandscape, SeedOutcome, SeedSearch, locate, search};
 
-/// Meshes of at most so many triangles have every seed tried when none is named: the search takes time with the square
-/// of their number, and this much is done in well under a second on two cores.
+/// Meshes of at most so many triangles have every seed tried when none is named, larger ones the predicted: the search of all
+/// takes time with the square of their number, and this much is done in well under a second on two cores.
 pub const OPTIMUM_UP_TO: usize = 8000;
 
 /// A mesh in the plane, all pieces of it.
@@ -222,7 +222,7 @@ pub(super) fn named_seed(
         Some(SeedChoice::Vertices(corners)) => locate::by_vertices(mesh, corners)?,
         Some(SeedChoice::Xyz(xyz)) => locate::by_xyz(mesh, DVec3::from(xyz) - centred.home.offset)?,
         Some(SeedChoice::Centre) if meshed.topology.piece_count() == 1 => locate::centre(mesh, part)?,
-        Some(SeedChoice::Centre | SeedChoice::Optimum) | None => return Ok(None),
+        Some(SeedChoice::Centre | SeedChoice::Optimum | SeedChoice::Predicted) | None => return Ok(None),
     };
     Ok(Some(seed))
 }
@@ -287,16 +287,20 @@ impl PieceJob<'_> {
         if let Some(seed) = self.seed {
             return Ok((seed, None));
         }
-        let optimum = match self.options.flattening.seed {
-            Some(SeedChoice::Optimum) => true,
-            Some(SeedChoice::Centre) => false,
-            _ => mesh.triangles.len() <= OPTIMUM_UP_TO,
+        let choice = match self.options.flattening.seed {
+            Some(choice @ (SeedChoice::Optimum | SeedChoice::Predicted | SeedChoice::Centre)) => choice,
+            _ if self.options.search.strategy == SearchStrategy::Predicted => SeedChoice::Predicted,
+            _ if mesh.triangles.len() <= OPTIMUM_UP_TO => SeedChoice::Optimum,
+            _ => SeedChoice::Predicted,
         };
         if self.first && self.options.flattening.seed.is_none() {
-            laid.seed_choice = Some(if optimum { SeedChoice::Optimum } else { SeedChoice::Centre });
+            laid.seed_choice = Some(choice);
         }
-        if !optimum {
-            return Ok((locate::centre(mesh, self.part)?, None));
+        let mut options = self.options.search;
+        match choice {
+            SeedChoice::Centre => return Ok((locate::centre(mesh, self.part)?, None)),
+            SeedChoice::Predicted => options.strategy = SearchStrategy::Predicted,
+            _ => {}
         }
         observer.enter(Stage::SeedSearch);
         // The part in the numbers of the piece.
@@ -304,7 +308,7 @@ impl PieceJob<'_> {
             self.part.map(|part| self.piece.triangle_of.iter().map(|&t| part.get(t as usize) == Some(&true)).collect());
         let settings = search::SearchSettings {
             readings: self.options.flattening.readings(),
-            options: self.options.search,
+            options,
             part: part.as_deref(),
             landscape: laid.landscape.is_some(),
         };
@@ -312,7 +316,7 @@ impl PieceJob<'_> {
         if self.first {
             laid.search = Some(found.report(&self.piece.triangle_of));
         }
-        if !found.complete() {
+        if found.spent {
             let (tried, seeds) = (found.tried, found.outcomes.len());
             laid.warnings.push(format!("the search ran out of its time: {tried} of {seeds} seeds were tried"));
         }

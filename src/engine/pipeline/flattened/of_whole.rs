@@ -23,9 +23,9 @@ pub(super) fn piece_fault(fault: MeshFault, piece: &Piece, number: usize, pieces
 pub(super) fn furthest(error: &FlatteningError) -> u32 {
     match error {
         FlatteningError::Flipped { seed, .. } => *seed,
-        FlatteningError::NoSeed { furthest: error, .. } | FlatteningError::BudgetSpent { furthest: error, .. } => {
-            furthest(error)
-        }
+        FlatteningError::NoSeed { furthest: error, .. }
+        | FlatteningError::BudgetSpent { furthest: error, .. }
+        | FlatteningError::NonePredicted { furthest: error, .. } => furthest(error),
         _ => 0,
     }
 }
@@ -65,6 +65,9 @@ pub(super) fn whole_mesh(error: FlatteningError, piece: &Piece) -> FlatteningErr
         }
         FlatteningError::BudgetSpent { tried, seeds, furthest } => {
             FlatteningError::BudgetSpent { tried, seeds, furthest: Box::new(whole_mesh(*furthest, piece)) }
+        }
+        FlatteningError::NonePredicted { tried, seeds, furthest } => {
+            FlatteningError::NonePredicted { tried, seeds, furthest: Box::new(whole_mesh(*furthest, piece)) }
         }
         other => other,
     }
