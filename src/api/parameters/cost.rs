@@ -153,10 +153,10 @@ mod tests {
         assert_eq!(cost(JobKind::Flatten, &options, size), (20 + 64) * 20_000, "few seeds are tried on a fine mesh");
         options.triangulation.grid = Some([41, 41]);
         options.flattening.seed = Some(SeedChoice::Predicted);
-        assert_eq!(cost(JobKind::Flatten, &options, size), (20 + 25) * 3200);
+        assert_eq!(cost(JobKind::Flatten, &options, size), (20 + 22) * 3200);
         options.flattening.seed = None;
         options.search.strategy = SearchStrategy::Predicted;
-        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), (20 + 25) * 3200);
+        assert_eq!(cost(JobKind::OptimumSeedSearch, &options, size), (20 + 22) * 3200);
     }
 
     #[test]
