@@ -164,6 +164,7 @@ mod tests {
     use crate::engine::flattening::FlatteningError;
     use crate::engine::job::JobOptions;
     use crate::engine::triangulation::TriangulationError;
+    use crate::engine::triangulation::ampc::Along;
 
     /// The job with one setting changed.
     fn assigned(mut job: Value, name: &str, value: &SetValue) -> Value {
@@ -201,6 +202,9 @@ mod tests {
             FlatteningError::SeedOutOfRange { seed: 10, triangles: 9 }.into(),
             FlatteningError::SeedNotFound.into(),
             TriangulationError::TooManyTriangles { estimate: 5_000_000, limit: 4_000_000 }.into(),
+            TriangulationError::NoPolyline { along: Along::U, strips: 4 }.into(),
+            TriangulationError::LinesTangle { place: Box::default() }.into(),
+            TriangulationError::ThinInPart { count: 3 }.into(),
         ];
         for error in errors {
             let with_settings: Vec<Remedy> = error.remedies().into_iter().filter(|r| !r.set.is_empty()).collect();

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::distortion::{Limits, Thresholds};
 use super::flattening::{FlatteningDomain, FlatteningOptions};
 use super::pattern::Placement;
-use super::triangulation::{TriangulationMethod, TriangulationOptions};
+use super::triangulation::TriangulationOptions;
 
 /// The kind of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -122,8 +122,8 @@ impl JobOptions {
     pub fn domain(&self) -> FlatteningDomain {
         match (self.flattening.domain, self.triangulation.method) {
             (Some(domain), _) => domain,
-            (None, TriangulationMethod::Grid) => FlatteningDomain::Base,
-            (None, TriangulationMethod::Tracing) => self.flattening.method().usual_domain(),
+            (None, method) if method.is_of_base() => FlatteningDomain::Base,
+            (None, _) => self.flattening.method().usual_domain(),
         }
     }
 
@@ -141,6 +141,7 @@ pub type Labels = BTreeMap<String, String>;
 mod tests {
     use super::*;
     use crate::engine::flattening::FlatteningMethod;
+    use crate::engine::triangulation::TriangulationMethod;
 
     #[test]
     fn what_is_flattened_follows_from_the_method_and_the_mesh() {

@@ -366,3 +366,38 @@ async fn a_triangulation_tells_its_curvature_and_a_sequential_flattening_what_av
     assert_eq!(report["triangulation"]["curvature"], Value::Null);
     assert_eq!(report["flattening"]["level_counts"], Value::Null);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn lines_of_curvature_are_a_method_with_settings_counts_and_typed_refusals() {
+    let live = live().await;
+    let surface = stored(&live, "sphere-cap").await;
+    let with = |triangulation: Value| json!({ "kind": "flatten", "surface": surface, "triangulation": triangulation });
+    let settings = json!({ "integration": "runge-kutta", "border": "free", "families": "both" });
+    for settings in [Value::Null, settings] {
+        let asked = json!({ "method": "ampc", "grid": [14, 12], "ampc": settings });
+        let job = live.job(&with(asked)).await;
+        let document = live.ended(&job).await;
+        assert_eq!(document["state"], "succeeded", "{document:#}");
+        let taken = &document["parameters"]["triangulation"];
+        assert_eq!((&taken["method"], &taken["ampc"]["starts"]), (&json!("ampc"), &json!(8)), "{taken:#}");
+        assert_eq!(document["parameters"]["flattening"]["domain"], "base");
+        let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+        let counts = &report["triangulation"]["ampc"];
+        assert_eq!(counts["maximum"].is_null(), settings.is_null(), "{counts:#}");
+        assert!(counts["minimum"]["polylines_found"].as_u64().unwrap() > 0);
+    }
+    // Without a grid as many points as the default tolerance asks for are taken, and told.
+    let job = live.job(&with(json!({ "method": "ampc" }))).await;
+    let document = live.ended(&job).await;
+    let taken = &document["parameters"]["triangulation"];
+    assert!(taken["grid"][0].as_u64().unwrap() >= 5 && taken["tolerance"].is_null(), "{taken:#}");
+    for (wrong, pointer) in [
+        (json!({ "method": "grid", "ampc": {} }), "/triangulation/ampc"),
+        (json!({ "method": "ampc", "tolerance": { "chord": 1 } }), "/triangulation/tolerance"),
+        (json!({ "method": "ampc", "ampc": { "starts": 1 } }), "/triangulation/ampc/starts"),
+        (json!({ "method": "ampc", "ampc": { "border": "soft" } }), "/triangulation/ampc/border"),
+    ] {
+        let refused = live.post("/v1/jobs", &with(wrong)).await.expect(422).json();
+        assert!(refused.to_string().contains(pointer), "{refused}");
+    }
+}

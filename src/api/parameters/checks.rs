@@ -8,8 +8,9 @@ use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
 use crate::engine::pipeline::MAX_GRID;
+use crate::engine::triangulation::ampc::{AmpcOptions, MAX_POINTS};
 pub use crate::engine::triangulation::density::MAX_TRIANGLES;
-use crate::engine::triangulation::{Configuration, Density, Skew, TriangulationMethod};
+use crate::engine::triangulation::{Configuration, Density, Skew, TriangulationMethod, TriangulationOptions};
 use crate::formats::faults::Fault;
 
 use super::fault;
@@ -78,6 +79,7 @@ fn triangulation(options: &JobOptions, faults: &mut Vec<Fault>) {
             ));
         }
     }
+    ampc(asked, faults);
     let of_grid = asked.method == TriangulationMethod::Grid;
     if matches!(asked.configuration, Configuration::Fitted | Configuration::Random) && !of_grid {
         faults.push(fault(
@@ -103,6 +105,41 @@ fn triangulation(options: &JobOptions, faults: &mut Vec<Fault>) {
     }
     if asked.phase > 1 {
         faults.push(fault("/triangulation/phase", "the phase is 0 or 1"));
+    }
+}
+
+/// Lines of curvature have settings of their own, and are sampled on a uniform grid.
+fn ampc(asked: &TriangulationOptions, faults: &mut Vec<Fault>) {
+    if asked.method != TriangulationMethod::Ampc {
+        if asked.ampc.is_some() {
+            faults.push(fault(
+                "/triangulation/ampc",
+                "these are settings of the method `ampc`: take it, or leave them out",
+            ));
+        }
+        return;
+    }
+    for (i, points) in asked.grid.iter().flatten().enumerate() {
+        if GRID_POINTS.contains(points) && *points > MAX_POINTS {
+            let detail = format!("the method `ampc` samples at most {MAX_POINTS} points along each direction");
+            faults.push(fault(format!("/triangulation/grid/{i}"), detail));
+        }
+    }
+    if asked.tolerance.is_some() {
+        let detail = "lines of curvature lie where the surface has them, so no tolerance can be promised: give a grid, or nothing";
+        faults.push(fault("/triangulation/tolerance", detail));
+    }
+    if !matches!(asked.configuration, Configuration::Regular | Configuration::Fitted | Configuration::Random) {
+        let detail = "the cells between lines of curvature take the configuration `regular`: leave this out";
+        faults.push(fault("/triangulation/configuration", detail));
+    }
+    let settings = asked.ampc.unwrap_or_default();
+    if !(2..=AmpcOptions::MAX_STARTS).contains(&settings.starts) {
+        let detail = format!("a strip is tried from 2 to {} starts", AmpcOptions::MAX_STARTS);
+        faults.push(fault("/triangulation/ampc/starts", detail));
+    }
+    if !(settings.min_distance_mm >= 0.0 && settings.min_distance_mm.is_finite()) {
+        faults.push(fault("/triangulation/ampc/min_distance_mm", "a distance is 0 or greater"));
     }
 }
 
@@ -189,9 +226,13 @@ fn seed(options: &JobOptions, domain: Option<Domain>, faults: &mut Vec<Fault>) {
     match options.flattening.seed {
         Some(SeedChoice::Uv(uv)) => in_domain("/flattening/seed/uv", uv, domain, faults),
         Some(SeedChoice::Index(index)) => {
-            // A trimmed mesh may have more triangles than the grid has; the mesh of the whole grid never does.
-            let whole =
-                options.triangulation.method == TriangulationMethod::Grid || options.domain() == FlatteningDomain::Base;
+            // A trimmed mesh may have more triangles than the grid has, and one along lines of curvature too; the mesh of
+            // the whole grid never does.
+            let whole = match options.triangulation.method {
+                TriangulationMethod::Grid => true,
+                TriangulationMethod::Tracing => options.domain() == FlatteningDomain::Base,
+                TriangulationMethod::Ampc => false,
+            };
             if let Some(grid) = options.triangulation.grid
                 && whole
                 && u64::from(index) >= grid_triangles(grid)
@@ -413,6 +454,36 @@ mod tests {
     fn a_grid_of_too_many_triangles_is_refused() {
         assert_eq!(pointers(json!({ "triangulation": { "grid": [4096, 4096] } })), ["/triangulation/grid"]);
         assert!(pointers(json!({ "triangulation": { "grid": [1400, 1400] } })).is_empty());
+    }
+
+    #[test]
+    fn settings_of_lines_of_curvature_go_with_their_method_and_a_grid_alone() {
+        let with = |settings: Value| json!({ "triangulation": settings });
+        assert!(pointers(with(json!({ "method": "ampc" }))).is_empty());
+        assert!(pointers(with(json!({ "method": "ampc", "ampc": null }))).is_empty());
+        let all = json!({
+            "np_rule": "printed", "starts": 5, "drop_thin": true, "min_distance_mm": 0.5, "integration": "runge-kutta",
+            "border": "free", "families": "both", "direction": "u"
+        });
+        assert!(pointers(with(json!({ "method": "ampc", "grid": [1024, 2], "ampc": all }))).is_empty());
+        assert_eq!(pointers(with(json!({ "method": "grid", "ampc": {} }))), ["/triangulation/ampc"]);
+        let wrong = json!({
+            "method": "ampc", "tolerance": { "chord": 1 }, "configuration": "diamond",
+            "ampc": { "starts": 1, "min_distance_mm": -1 }
+        });
+        assert_eq!(
+            pointers(with(wrong)),
+            [
+                "/triangulation/tolerance",
+                "/triangulation/configuration",
+                "/triangulation/ampc/starts",
+                "/triangulation/ampc/min_distance_mm"
+            ]
+        );
+        let fitted = json!({ "method": "ampc", "grid": [1025, 4], "configuration": "fitted" });
+        assert_eq!(pointers(with(fitted)), ["/triangulation/grid/0", "/triangulation/configuration"]);
+        let seeded = |seed: u32| json!({ "triangulation": { "method": "ampc", "grid": [3, 3] }, "flattening": { "seed": seed } });
+        assert!(pointers(seeded(9)).is_empty(), "lines beyond the first and last add triangles");
     }
 
     #[test]

@@ -16,6 +16,11 @@ pub const CODES: &[(&str, &str)] = &[
     ),
     ("crashed", "The job ended the whole program, several times; it is not tried again. Tell the operator."),
     ("invalid-nurbs", "Degrees, knots, control points or weights do not make a surface. `place` says where."),
+    (
+        "lines-tangle",
+        "Lines of least and of greatest curvature meet out of order near `place`, so that they make no grid. Follow those of \
+         least curvature alone (`families: one`), or take another grid.",
+    ),
     ("loop-empty", "A trimming loop encloses nothing. Leave it out."),
     ("loop-gap", "The curves of a trimming loop do not meet. Close the gap that `place` names."),
     ("loop-outside-domain", "A trimming loop leaves the surface's domain."),
@@ -42,6 +47,11 @@ pub const CODES: &[(&str, &str)] = &[
     ("mesh-vertex-out-of-range", "A triangle of the mesh names a vertex that there is not."),
     ("mesh-zero-area", "A triangle of the mesh has no area."),
     ("no-area", "The part has no area at this density: no triangle of the mesh lies inside its loops."),
+    (
+        "no-polyline",
+        "No line of least curvature runs through the surface's domain from end to end, in strips of any width: the method `ampc` \
+         has nothing to go by. Try the other direction, or the method `grid`.",
+    ),
     (
         "no-predicted-seed-succeeds",
         "None of the seed triangles that the shape points to flattens the mesh without a flip. Let every seed be tried.",
@@ -76,6 +86,11 @@ pub const CODES: &[(&str, &str)] = &[
         "skew-turns-over",
         "The sampling is skewed so far that triangles of the domain turn over. `place` says which is the first. Take a smaller \
          skew, or another configuration.",
+    ),
+    (
+        "thin-in-part",
+        "Thin triangles at the border of the base surface were to be left out, but the part needs some of them. Keep them \
+         (`drop_thin: false`).",
     ),
     ("timed-out", "The job took longer than a job may. Try a coarser mesh, or a given seed."),
     (

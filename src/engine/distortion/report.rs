@@ -7,6 +7,7 @@ use super::{HotSpot, Thresholds, Verdict};
 use crate::engine::curvature::CurvatureReport;
 use crate::engine::flattening::PinPlace;
 use crate::engine::flattening::energy_release::ReleaseReport;
+use crate::engine::triangulation::ampc::AmpcCounts;
 
 /// Everything that is said of a result.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -84,6 +85,9 @@ pub struct TriangulationReport {
     /// Curvature at the interior vertices, in the report of a triangulation and of a sequential flattening.
     #[serde(default)]
     pub curvature: Option<CurvatureReport>,
+    /// What the method `ampc` counted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ampc: Option<AmpcCounts>,
 }
 
 /// The flattening.

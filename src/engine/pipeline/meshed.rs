@@ -6,10 +6,11 @@ use crate::engine::flattening::{FlatteningDomain, FlatteningError, FlatteningMet
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::mesh::Topology;
 use crate::engine::nurbs::Surface;
-use crate::engine::pattern::DEFAULT_CURVE_TOLERANCE;
+use crate::engine::pattern::{self, DEFAULT_CURVE_TOLERANCE, Locator};
+use crate::engine::triangulation::ampc::{self, AmpcCounts};
 use crate::engine::triangulation::density::{self, DensityInput, DensityLimits, MAX_TRIANGLES};
 use crate::engine::triangulation::{
-    Configuration, Density, GridLines, Lifted, TracingCounts, TriangulationError, TriangulationMethod,
+    Configuration, Density, DomainMesh, GridLines, Lifted, TracingCounts, TriangulationError, TriangulationMethod,
     TriangulationOptions, aspect_of, fitted_mesh, grid_mesh, lift, random_mesh, trace,
 };
 use crate::engine::trimming::{CheckedTrims, TrimRegion, part_box};
@@ -32,6 +33,9 @@ const ROUGH_AREA: f64 = 1e-3;
 /// Points along each direction that a grid may have: beyond it the rows of a pattern lie closer than cutters resolve.
 pub const MAX_GRID: u32 = 4096;
 
+/// Fewest points each way on which lines of curvature are sampled where the grid is left to the program: two strips.
+const LEAST_SAMPLING: u32 = 5;
+
 /// A surface with its mesh.
 pub(super) struct Meshed<'a> {
     pub surface: &'a Surface,
@@ -39,6 +43,8 @@ pub(super) struct Meshed<'a> {
     pub region: TrimRegion,
     pub lines: GridLines,
     pub counts: TracingCounts,
+    /// What the method `ampc` counted.
+    pub ampc: Option<AmpcCounts>,
     pub lifted: Lifted,
     pub topology: Topology,
     /// Chord tolerance of the pattern's curves, mm.
@@ -68,7 +74,8 @@ impl<'a> Meshed<'a> {
         let of_part = !coarse.natural && of_part(kind, options)?;
 
         let mut filled = options.clone();
-        if of_part {
+        let along_lines = options.triangulation.method == TriangulationMethod::Ampc;
+        if of_part || along_lines {
             of_grid_alone(&options.triangulation)?;
         }
         let default_density = options.triangulation.grid.is_none() && options.triangulation.tolerance.is_none();
@@ -93,7 +100,9 @@ impl<'a> Meshed<'a> {
                 observer,
             )?,
         };
+        let lines = if along_lines { sampling(surface, &lines, &mut filled)? } else { lines };
         observer.check()?;
+        let mut counted = None;
         let (configuration, phase) = (filled.triangulation.configuration, filled.triangulation.phase);
         let (domain, counts) = if of_part {
             observer.enter(Stage::Tracing);
@@ -106,6 +115,16 @@ impl<'a> Meshed<'a> {
             let counts = TracingCounts { cells: lines.cells(), ..TracingCounts::default() };
             let skew = filled.triangulation.skew.as_ref();
             let mut domain = match configuration {
+                _ if along_lines => {
+                    let asked = options.triangulation.ampc.unwrap_or_default();
+                    let grid = [&lines.u, &lines.v].map(|lines| lines.len() as u32);
+                    let made = ampc::ampc(surface, grid, &asked, observer)?;
+                    if kind != JobKind::Triangulate {
+                        keeps_the_part(surface, &region, made.dropped, &lines, observer)?;
+                    }
+                    counted = Some(made.counts);
+                    made.domain
+                }
                 Configuration::Fitted => fitted_mesh(surface, &lines, skew, observer)?,
                 Configuration::Random => random_mesh(&lines, filled.triangulation.random_seed.unwrap_or(0)),
                 _ => grid_mesh(&lines, configuration, phase),
@@ -124,7 +143,19 @@ impl<'a> Meshed<'a> {
         let (lifted, topology) = piecewise::split_touching(lifted).map_err(FlatteningError::from)?;
         observer.check()?;
         let curve_tolerance = options.curve_tolerance_mm.unwrap_or(DEFAULT_CURVE_TOLERANCE * diagonal);
-        Ok(Self { surface, trims, region, lines, counts, lifted, topology, curve_tolerance, options: filled, of_part })
+        Ok(Self {
+            surface,
+            trims,
+            region,
+            lines,
+            counts,
+            ampc: counted,
+            lifted,
+            topology,
+            curve_tolerance,
+            options: filled,
+            of_part,
+        })
     }
 
     /// What a person should know of the surface.
@@ -151,8 +182,10 @@ fn of_part(kind: JobKind, options: &JobOptions) -> Result<bool, EngineError> {
         (JobKind::Flatten | JobKind::OptimumSeedSearch, FlatteningDomain::Trimmed) if traced => Ok(true),
         (JobKind::Flatten | JobKind::OptimumSeedSearch, FlatteningDomain::Trimmed) => Err(EngineError::Parameter {
             name: "triangulation.method".into(),
-            detail: "`grid` makes a mesh of the whole base surface: with `flattening.domain: trimmed` take `tracing`"
-                .into(),
+            detail: format!(
+                "`{}` makes a mesh of the whole base surface: with `flattening.domain: trimmed` take `tracing`",
+                options.triangulation.method.name()
+            ),
         }),
     }
 }
@@ -169,6 +202,37 @@ fn of_grid_alone(asked: &TriangulationOptions) -> Result<(), EngineError> {
             refused("triangulation.skew", "the points of a whole grid are skewed: take the method `grid`")
         }
         _ => Ok(()),
+    }
+}
+
+/// The uniform grid on which `ampc` samples: as many lines each way as the density asks for. They are filled in as a grid,
+/// since a tolerance that placed them promises nothing of other lines.
+fn sampling(surface: &Surface, planned: &GridLines, filled: &mut JobOptions) -> Result<GridLines, EngineError> {
+    let most = |lines: &[f64]| (lines.len() as u32).clamp(LEAST_SAMPLING, ampc::MAX_POINTS);
+    let [m, n] = filled.triangulation.grid.unwrap_or_else(|| [most(&planned.u), most(&planned.v)]);
+    filled.triangulation.grid = Some([m, n]);
+    filled.triangulation.tolerance = None;
+    filled.triangulation.ampc = Some(filled.triangulation.ampc.unwrap_or_default());
+    uniform(surface, m, n)
+}
+
+/// Whether a part can do without the triangles that were left out.
+fn keeps_the_part(
+    surface: &Surface,
+    region: &TrimRegion,
+    dropped: DomainMesh,
+    lines: &GridLines,
+    observer: &dyn Observer,
+) -> Result<(), EngineError> {
+    if dropped.triangles.is_empty() {
+        return Ok(());
+    }
+    let dropped = lift(surface, dropped, lines);
+    let locator = Locator::new(&dropped.domain, observer)?;
+    let missed = pattern::triangles_of_part(&dropped, &locator, region, observer)?;
+    match missed.iter().filter(|&&missed| missed).count() as u64 {
+        0 => Ok(()),
+        count => Err(TriangulationError::ThinInPart { count }.into()),
     }
 }
 

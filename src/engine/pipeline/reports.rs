@@ -48,6 +48,7 @@ pub(super) fn triangulation(meshed: &Meshed, observer: &dyn Observer) -> Result<
         pieces: topology.piece_count() as u64,
         aspect_ratio: AspectRatio::of(mesh),
         curvature: None,
+        ampc: meshed.ampc,
     })
 }
 

@@ -64,8 +64,8 @@ pub(crate) fn cylinder_mesh(file: &Value, case: &Value) -> Mesh {
     Mesh { positions, triangles: grid_triangles(20, 20, Diagonal::Regular), uv: None }
 }
 
-/// A uniform grid on a non-rational surface over the unit square of a case file.
-pub(crate) fn surface_mesh(surface: &Value, m: usize, n: usize, diagonal: Diagonal) -> Mesh {
+/// A non-rational surface of a case file.
+pub(crate) fn case_surface(surface: &Value) -> Surface {
     let knots = |direction: &str| {
         let degree = surface[format!("degree_{direction}")].as_u64().unwrap() as usize;
         KnotVector::new(degree, numbers(&surface[format!("knots_{direction}")]), "knots").unwrap()
@@ -73,6 +73,11 @@ pub(crate) fn surface_mesh(surface: &Value, m: usize, n: usize, diagonal: Diagon
     let rows = surface["control_points"].as_array().unwrap();
     let control = rows.iter().flat_map(|row| row.as_array().unwrap());
     let control = control.map(|c| DVec3::from_slice(&numbers(c))).collect();
-    let surface = Surface::new(knots("u"), knots("v"), control, None).unwrap();
+    Surface::new(knots("u"), knots("v"), control, None).unwrap()
+}
+
+/// A uniform grid on a non-rational surface over the unit square of a case file.
+pub(crate) fn surface_mesh(surface: &Value, m: usize, n: usize, diagonal: Diagonal) -> Mesh {
+    let surface = case_surface(surface);
     grid(m, n, diagonal, |u, v| surface.point(u, v))
 }

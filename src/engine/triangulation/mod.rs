@@ -1,5 +1,6 @@
 //! From a trimmed domain to a mesh (thesis chapter 3 and 5.2): density, cells, tracing, polygons, configurations.
 
+pub mod ampc;
 mod conformity;
 pub mod density;
 mod deviation;

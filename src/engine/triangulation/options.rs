@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Skew;
+use super::ampc::AmpcOptions;
 
 /// The method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
@@ -13,6 +14,26 @@ pub enum TriangulationMethod {
     Tracing,
     /// The grid of the whole domain, without loops (thesis chapter 5).
     Grid,
+    /// Along lines of minimum curvature over the whole domain, without loops (thesis 6.4).
+    Ampc,
+}
+
+impl TriangulationMethod {
+    /// Whether the mesh is that of the whole base surface, whatever the loops.
+    #[must_use]
+    pub const fn is_of_base(self) -> bool {
+        matches!(self, Self::Grid | Self::Ampc)
+    }
+
+    /// The method's name, as in a job.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Tracing => "tracing",
+            Self::Grid => "grid",
+            Self::Ampc => "ampc",
+        }
+    }
 }
 
 /// How the diagonals of the grid's cells are placed (thesis 5.2).
@@ -74,4 +95,7 @@ pub struct TriangulationOptions {
     /// The skew of the sampling, for the method `grid`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skew: Option<Skew>,
+    /// How lines of curvature are followed, for the method `ampc`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ampc: Option<AmpcOptions>,
 }
