@@ -19,7 +19,7 @@ pub(crate) const READINGS: [Readings; 4] = [
 /// A reading by what matters most; average and check are the defaults.
 pub(crate) const fn reading(order: Order, parent: Parent, anchor: Anchor) -> Readings {
     use planish::engine::flattening::{Average, Check};
-    Readings { order, parent, anchor, average: Average::Pair, check: Check::Incident }
+    Readings { order, parent, anchor, average: Average::Pair, check: Check::Incident, ..Readings::default() }
 }
 
 /// A reading's name.

@@ -65,12 +65,36 @@ async fn a_developable_part_is_laid_flat_without_strain_and_the_report_says_what
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn the_symmetric_scheme_strains_less_than_the_one_in_turn_and_says_what_it_read() {
+    let live = live().await;
+    let surface = stored(&live, "sphere-cap").await;
+    let with = |readings: Value| json!({ "method": "cader", "seed": "centre", "readings": readings });
+    let (in_turn, before) = flattened(&live, &surface, with(json!({}))).await;
+    let (document, report) = flattened(&live, &surface, with(json!({ "scheme": "symmetric" }))).await;
+    assert_eq!(in_turn["parameters"]["flattening"]["readings"]["scheme"], "in-turn");
+    let taken = &document["parameters"]["flattening"]["readings"];
+    assert_eq!(*taken, json!({ "scheme": "symmetric", "check": "incident" }));
+    let change = |report: &Value| report["distortion"]["area_change_percent"].as_f64().unwrap();
+    assert!(change(&report) < change(&before), "{} {}", change(&report), change(&before));
+    // The same levels, whatever lays them.
+    assert_eq!(report["flattening"]["levels"], before["flattening"]["levels"]);
+    // What was taken can be asked for again; the search for the optimum goes by the scheme too.
+    let mut again = document["parameters"]["flattening"].clone();
+    again["seed"] = json!("optimum");
+    let (_, best) = flattened(&live, &surface, again).await;
+    assert!(change(&best) <= change(&report));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn what_belongs_to_one_method_is_refused_by_the_other() {
     let live = live().await;
     let surface = stored(&live, "sphere-cap").await;
     for (flattening, pointers) in [
         (json!({ "method": "isometric", "seed": "centre" }), vec!["/flattening/seed"]),
         (json!({ "method": "isometric", "readings": { "order": "fifo" } }), vec!["/flattening/readings"]),
+        (json!({ "readings": { "scheme": "symmetric", "order": "index" } }), vec!["/flattening/readings"]),
+        (json!({ "readings": { "scheme": "symmetric", "check": "current" } }), vec!["/flattening/readings"]),
+        (json!({ "readings": { "scheme": "level" } }), vec!["/flattening/readings/scheme"]),
         (json!({ "seed": "centre", "objective": "area" }), vec!["/flattening/objective"]),
         (json!({ "method": "cader", "weights": { "area": 2 } }), vec!["/flattening/weights"]),
         (json!({ "objective": "area", "weights": { "area": 2 } }), vec!["/flattening/weights"]),

@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod against_cader;
+mod against_readings;
 mod ampc;
 mod configurations;
 mod energy_release;

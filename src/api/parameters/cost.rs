@@ -5,7 +5,7 @@ use serde_json::Value;
 #[cfg(test)]
 use super::checks::MAX_BUDGET_S;
 use super::checks::{MAX_TRIANGLES, grid_triangles};
-use crate::engine::flattening::{FlatteningMethod, SeedChoice};
+use crate::engine::flattening::{FlatteningMethod, Scheme, SeedChoice};
 use crate::engine::job::{JobKind, JobOptions, SearchStrategy};
 use crate::engine::pipeline::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, OPTIMUM_UP_TO, default_triangles};
 use crate::engine::seed::predicted;
@@ -68,6 +68,9 @@ impl PartSize {
 /// Triangles that two cores flatten in a second, the order of magnitude: what turns a budget into a cost.
 pub const VISITS_PER_SECOND: u64 = 100_000_000;
 
+/// Visits that a triangle of one run by the scheme `symmetric` costs.
+const SYMMETRIC_VISITS: u64 = 60;
+
 /// Most visits of a job: ten minutes of them, which is what an attempt may take.
 pub const MAX_VISITS: u64 = 600 * VISITS_PER_SECOND;
 
@@ -110,9 +113,13 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
         + if solved { SOLVER_VISITS_PER_TRIANGLE } else { 0 }
         + if injective { INJECTIVE_VISITS_PER_TRIANGLE } else { 0 };
     let once = each.saturating_mul(triangles);
+    let visits = match options.flattening.readings().scheme {
+        Scheme::InTurn => 1,
+        Scheme::Symmetric => SYMMETRIC_VISITS,
+    };
     // The first seeds are tried whatever the budget is.
     let budget = options.search.budget_s.map_or(u64::MAX, |s| (s * VISITS_PER_SECOND as f64) as u64);
-    once.saturating_add(tried.saturating_mul(triangles).min(budget))
+    once.saturating_add(tried.saturating_mul(triangles).saturating_mul(visits).min(budget))
 }
 
 /// Triangles of a mesh whose density is left to a tolerance.
@@ -135,6 +142,20 @@ mod tests {
     use super::*;
     use crate::engine::flattening::FlatteningOptions;
     use crate::engine::pipeline::ISOMETRIC_TRIANGLES;
+
+    #[test]
+    fn a_search_by_whole_levels_costs_more_but_no_more_than_its_budget() {
+        let mut options = JobOptions::default();
+        options.flattening.method = Some(FlatteningMethod::Cader);
+        options.flattening.seed = Some(SeedChoice::Optimum);
+        options.triangulation.grid = Some([60, 60]);
+        let of = |options: &JobOptions| cost(JobKind::Flatten, options, PartSize::default());
+        let in_turn = of(&options);
+        options.flattening.readings = Some(crate::engine::flattening::Readings::SYMMETRIC);
+        assert!(of(&options) > 30 * in_turn);
+        options.search.budget_s = Some(2.0);
+        assert!(of(&options) < 3 * VISITS_PER_SECOND);
+    }
 
     #[test]
     fn a_search_costs_the_square_of_the_triangles() {

@@ -3,20 +3,22 @@
 //! The seed is laid down; each triangle of the mapping order is unfolded over an edge that lies already. When its apex
 //! lies already too, the apex moves to the average of its positions, so that tears never open. When a triangle turns
 //! over the run stops: the surface is too curved for this seed (4.4.1, 4.4.2). What the thesis leaves open is settled by
-//! [`Readings`].
+//! [`Readings`]; of these the scheme `symmetric` has a module of its own ([`symmetric`]).
 //!
 //! [`CaderMesh`] holds what depends on the mesh alone, [`Scratch`] what a run needs; after the first run on a mesh a
 //! further one allocates nothing. A run takes O(triangles) time. Lengths are millimetres; vertices and triangles are
 //! numbered as in the mesh. Only the seed's piece is reached: a mesh of several pieces is an error here.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
 use super::mapping_order::{MappingOrder, Record};
 use super::rings::Rings;
+use super::symmetric::{self, Cell, Memory};
 use super::unfolding::{Hinge, orientation};
-use super::{Anchor, Average, Check, Flattening, FlatteningError, LevelCounts, Parent, Readings};
+use super::{Anchor, Average, Check, Flattening, FlatteningError, LevelCounts, Parent, Readings, Scheme};
 use crate::engine::error::Place;
 use crate::engine::mesh::topology::{NONE, next, prev};
 use crate::engine::mesh::{Mesh, MeshFault, Topology};
@@ -32,6 +34,8 @@ pub struct CaderMesh {
     most_levels: usize,
     /// See [`CaderMesh::settles_within`].
     settles_within: Option<u32>,
+    /// What the scheme `symmetric` needs, made when it is first asked for.
+    cells: OnceLock<Vec<Cell>>,
 }
 
 impl CaderMesh {
@@ -69,15 +73,19 @@ impl CaderMesh {
             triangles: topology.triangles().to_vec(),
             vertices: topology.vertex_count(),
             most_levels: most_levels(topology),
+            cells: OnceLock::new(),
         })
     }
 
-    /// When a level is done, no triangle so many levels before it moves any more: triangles at one vertex are at most so
-    /// many levels apart, and only they move it. `None` where fans of triangles only touch at a vertex: these may be any
-    /// number of levels apart.
+    /// When a level is done, no triangle so many levels before it moves any more. One after the other, triangles at one
+    /// vertex are at most so many levels apart, and only they move it; `None` where fans of triangles only touch at a vertex:
+    /// these may be any number of levels apart. By the scheme `symmetric` vertices move for some levels after they came.
     #[must_use]
-    pub const fn settles_within(&self) -> Option<u32> {
-        self.settles_within
+    pub const fn settles_within(&self, readings: Readings) -> Option<u32> {
+        match readings.scheme {
+            Scheme::InTurn => self.settles_within,
+            Scheme::Symmetric => Some(symmetric::WINDOW as u32),
+        }
     }
 
     /// How many triangles there are.
@@ -90,6 +98,27 @@ impl CaderMesh {
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// How many vertices there are.
+    pub(super) const fn vertex_count(&self) -> usize {
+        self.vertices
+    }
+
+    /// No seed has more levels than this.
+    pub(super) const fn most_levels(&self) -> usize {
+        self.most_levels
+    }
+
+    /// The hinge of a half-edge, by its tag.
+    #[inline]
+    pub(super) fn hinge(&self, tag: u32) -> &Hinge {
+        &self.hinges[(tag - (tag >> 2)) as usize]
+    }
+
+    /// The triangles as the scheme `symmetric` needs them.
+    pub(super) fn cells(&self) -> &[Cell] {
+        self.cells.get_or_init(|| self.hinges.as_chunks().0.iter().map(Cell::new).collect())
     }
 
     /// The tag of what lies beyond the border.
@@ -189,15 +218,17 @@ impl Stop {
 /// Working memory of a run and its result, reused by the next run.
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
-    order: MappingOrder,
+    pub(super) order: MappingOrder,
     /// Vertices, and one that is never placed.
-    flat: Vec<DVec2>,
+    pub(super) flat: Vec<DVec2>,
     /// The first position of each vertex, where positions are counted.
-    first: Vec<DVec2>,
+    pub(super) first: Vec<DVec2>,
     /// How many positions each vertex has had.
-    positions: Vec<u32>,
-    levels: Vec<LevelCounts>,
-    flattened: usize,
+    pub(super) positions: Vec<u32>,
+    pub(super) levels: Vec<LevelCounts>,
+    pub(super) flattened: usize,
+    /// What the scheme `symmetric` needs beside these.
+    pub(super) symmetric: Memory,
 }
 
 impl Scratch {
@@ -322,7 +353,10 @@ fn run<const COUNTS: bool>(
         return Err(Stop::SeedOutOfRange);
     }
     scratch.begin(mesh, seed, COUNTS || readings != Readings::default());
-    pulp::Arch::new().dispatch(|| run_levels::<COUNTS>(mesh, readings, seed, scratch, goes_on))
+    pulp::Arch::new().dispatch(|| match readings.scheme {
+        Scheme::InTurn => run_levels::<COUNTS>(mesh, readings, seed, scratch, goes_on),
+        Scheme::Symmetric => symmetric::run_levels(mesh, readings.check, seed, scratch, goes_on),
+    })
 }
 
 #[inline(always)]

@@ -19,12 +19,13 @@ fn all_readings() -> Vec<Readings> {
             for anchor in [Anchor::Start, Anchor::End] {
                 for average in [Average::Pair, Average::Running] {
                     for check in [Check::Incident, Check::Current, Check::Final] {
-                        all.push(Readings { order, parent, anchor, average, check });
+                        all.push(Readings { order, parent, anchor, average, check, ..Readings::default() });
                     }
                 }
             }
         }
     }
+    all.extend([Check::Incident, Check::Final].map(|check| Readings { check, ..Readings::SYMMETRIC }));
     all
 }
 
@@ -65,7 +66,9 @@ fn a_cylinder_becomes_the_rectangle_of_its_chords() {
     let rectangle: Vec<DVec2> =
         mesh.uv.as_ref().unwrap().iter().map(|p| DVec2::new(p.x * chord * (m - 1) as f64, p.y * height)).collect();
     for seed in [0, 300, mesh.triangles.len() as u32 - 1] {
-        assert!(apart(&flat(&mesh, Readings::default(), seed), &rectangle) < 1e-10);
+        for readings in [Readings::default(), Readings::SYMMETRIC] {
+            assert!(apart(&flat(&mesh, readings, seed), &rectangle) < 1e-10);
+        }
     }
 }
 
@@ -90,12 +93,14 @@ fn a_cone_becomes_the_sector_of_its_chords_and_has_no_strain() {
         .collect();
     // Seen from outside, u runs anticlockwise and v downwards: the sector is turned over.
     let seen: Vec<DVec2> = sector.iter().map(|p| DVec2::new(p.x, -p.y)).collect();
-    let flattened = flat(&mesh, Readings::default(), 1000);
-    assert!(apart(&flattened, &seen).min(apart(&flattened, &sector)) < 1e-10);
-    let topology = Topology::new(&mesh).unwrap();
-    let measures = measure(&mesh, &topology, &flattened, None, Thresholds::default());
-    assert!(measures.strain_percent.max < 1e-9 && measures.strain_percent.min > -1e-9);
-    assert!(measures.area_change_percent < 1e-10);
+    for readings in [Readings::default(), Readings::SYMMETRIC] {
+        let flattened = flat(&mesh, readings, 1000);
+        assert!(apart(&flattened, &seen).min(apart(&flattened, &sector)) < 1e-10);
+        let topology = Topology::new(&mesh).unwrap();
+        let measures = measure(&mesh, &topology, &flattened, None, Thresholds::default());
+        assert!(measures.strain_percent.max < 1e-9 && measures.strain_percent.min > -1e-9);
+        assert!(measures.area_change_percent < 1e-10);
+    }
 }
 
 #[test]

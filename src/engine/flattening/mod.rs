@@ -14,6 +14,9 @@ mod options;
 mod outcome;
 pub mod rigid;
 mod rings;
+mod symmetric;
+#[cfg(test)]
+mod symmetric_tests;
 mod unfolding;
 
 pub use constraints::{
@@ -21,7 +24,7 @@ pub use constraints::{
 };
 pub use error::FlatteningError;
 pub use options::{
-    Anchor, Average, Check, FlatteningDomain, FlatteningMethod, FlatteningOptions, Order, Parent, Readings, SeedChoice,
-    Weights,
+    Anchor, Average, Check, FlatteningDomain, FlatteningMethod, FlatteningOptions, Order, Parent, Readings, Scheme,
+    SeedChoice, Weights,
 };
 pub use outcome::{Flattening, LevelCounts};

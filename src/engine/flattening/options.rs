@@ -130,10 +130,24 @@ pub enum Check {
     Final,
 }
 
-/// One resolution of what the thesis leaves open in Cader's method.
+/// In what portions the triangles of a level are laid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// One after the other, as the thesis has it: the result depends on their numbering, their corners and on mirroring.
+    #[default]
+    InTurn,
+    /// All at once, and the levels laid last come to rest together: it depends on none of these.
+    Symmetric,
+}
+
+/// One resolution of what the thesis leaves open in Cader's method. Order, parent, anchor and average are those of
+/// [`Scheme::InTurn`]: the other scheme reads none of them, and they cannot be given beside it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(try_from = "AskedReadings", into = "AskedReadings")]
 pub struct Readings {
+    /// Portions.
+    pub scheme: Scheme,
     /// Order within a level.
     pub order: Order,
     /// Shared edge of a triangle whose vertices are all placed.
@@ -142,8 +156,79 @@ pub struct Readings {
     pub anchor: Anchor,
     /// Averaging.
     pub average: Average,
-    /// Flip check.
+    /// Flip check. By [`Scheme::Symmetric`] `incident` tests all that moved at the end of each level; `current` has no
+    /// meaning there and is taken as `final`.
     pub check: Check,
+}
+
+impl Readings {
+    /// The scheme `symmetric`.
+    pub const SYMMETRIC: Self = Self {
+        scheme: Scheme::Symmetric,
+        order: Order::Index,
+        parent: Parent::First,
+        anchor: Anchor::End,
+        average: Average::Pair,
+        check: Check::Incident,
+    };
+}
+
+/// Readings as a job gives them.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct AskedReadings {
+    scheme: Scheme,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    order: Option<Order>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parent: Option<Parent>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    anchor: Option<Anchor>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    average: Option<Average>,
+    check: Check,
+}
+
+impl TryFrom<AskedReadings> for Readings {
+    type Error = &'static str;
+
+    fn try_from(asked: AskedReadings) -> Result<Self, Self::Error> {
+        let AskedReadings { scheme, order, parent, anchor, average, check } = asked;
+        if scheme == Scheme::Symmetric {
+            if order.is_some() || parent.is_some() || anchor.is_some() || average.is_some() {
+                return Err(
+                    "the scheme `symmetric` lays a level at once and reads no order, parent, anchor or average: \
+                            leave these out, or take the scheme `in-turn`",
+                );
+            }
+            if check == Check::Current {
+                return Err("the scheme `symmetric` has no current triangle: take the check `incident` or `final`");
+            }
+        }
+        Ok(Self {
+            scheme,
+            order: order.unwrap_or_default(),
+            parent: parent.unwrap_or_default(),
+            anchor: anchor.unwrap_or_default(),
+            average: average.unwrap_or_default(),
+            check,
+        })
+    }
+}
+
+impl From<Readings> for AskedReadings {
+    fn from(readings: Readings) -> Self {
+        let Readings { scheme, order, parent, anchor, average, check } = readings;
+        let in_turn = scheme == Scheme::InTurn;
+        Self {
+            scheme,
+            order: in_turn.then_some(order),
+            parent: in_turn.then_some(parent),
+            anchor: in_turn.then_some(anchor),
+            average: in_turn.then_some(average),
+            check,
+        }
+    }
 }
 
 /// The seed triangle (thesis 4.4.4).
@@ -314,5 +399,24 @@ mod tests {
         assert_eq!(weighted.filled().objective, None);
         assert_eq!(weighted.objective(), Objective::Weights { area: 2.0, shape: 1.0 });
         assert_eq!((cader.filled().objective, cader.filled().readings), (None, Some(Readings::default())));
+    }
+
+    #[test]
+    fn readings_are_told_with_what_their_scheme_reads() {
+        let told = |readings: Readings| serde_json::to_value(readings).unwrap();
+        let named = told(Readings::SYMMETRIC);
+        assert_eq!(named, serde_json::json!({ "scheme": "symmetric", "check": "incident" }));
+        for readings in
+            [Readings::SYMMETRIC, Readings::default(), Readings { order: Order::Fifo, ..Readings::default() }]
+        {
+            assert_eq!(serde_json::from_value::<Readings>(told(readings)).unwrap(), readings);
+        }
+        for beside in ["order", "parent", "anchor", "average", "check"] {
+            let mut asked = named.clone();
+            let value = told(Readings { check: Check::Current, ..Readings::default() })[beside].clone();
+            asked[beside] = value;
+            let refused = serde_json::from_value::<Readings>(asked).unwrap_err().to_string();
+            assert!(refused.starts_with("the scheme `symmetric`"), "{refused}");
+        }
     }
 }

@@ -52,6 +52,15 @@ impl Hinge {
         let squared = d.length_squared();
         Arm { from, reach: (d * foot + d.perp() * self.height) * (1.0 / squared), length: squared.sqrt() }
     }
+
+    /// The apex when the edge lies from `a` to `b`, measured from the edge's middle: what changed of its length goes to
+    /// both sides alike. This is where the triangle has its apex when it is laid as it best fits the two.
+    #[inline]
+    pub(super) fn unfold_middle(&self, a: DVec2, b: DVec2) -> DVec2 {
+        let d = b - a;
+        let foot = (self.foot[0] + self.foot[1]) * 0.5;
+        (a + b) * 0.5 + (d * foot + d.perp() * self.height) * (1.0 / d.length())
+    }
 }
 
 /// A position that is being computed: `from + reach * length`.
@@ -130,5 +139,16 @@ mod tests {
         assert!((from_start.length() - a.distance(c)).abs() < 1e-14);
         assert!((from_end.distance(q) - b.distance(c)).abs() < 1e-14);
         assert!((from_end.x - from_start.x - a.distance(b) * 0.25).abs() < 1e-14);
+    }
+
+    #[test]
+    fn from_the_middle_the_apex_stands_between_what_the_two_anchors_say() {
+        let (hinge, [a, b, _]) = hinge();
+        let p = DVec2::new(4.0, -1.0);
+        for stretch in [1.0, 1.3, 0.8] {
+            let q = p + DVec2::from_angle(0.7) * (a.distance(b) * stretch);
+            let between = (hinge.unfold::<false>(p, q).tip() + hinge.unfold::<true>(p, q).tip()) * 0.5;
+            assert!(hinge.unfold_middle(p, q).distance(between) < 1e-14);
+        }
     }
 }

@@ -11,6 +11,7 @@
 use glam::DVec2;
 
 use crate::engine::distortion::{flat_area, flat_length};
+use crate::engine::flattening::Readings;
 use crate::engine::flattening::cader::{CaderMesh, Scratch};
 use crate::engine::job::SearchMeasure;
 use crate::engine::mesh::topology::NONE;
@@ -86,8 +87,8 @@ pub(super) struct Tally<'a> {
 
 impl<'a> Tally<'a> {
     /// Nothing summed yet. `bound` is a sum as [`widened`] gives it.
-    pub(super) fn new(terms: &'a Terms, mesh: &CaderMesh, bound: f64) -> Self {
-        let lag = mesh.settles_within().map_or(usize::MAX, |levels| levels as usize);
+    pub(super) fn new(terms: &'a Terms, mesh: &CaderMesh, readings: Readings, bound: f64) -> Self {
+        let lag = mesh.settles_within(readings).map_or(usize::MAX, |levels| levels as usize);
         Self { terms, lag, bound, sum: 0.0, settled: 0, level: 0, next: 0 }
     }
 

@@ -63,7 +63,7 @@ pub fn search(
 ) -> Result<SeedSearch, EngineError> {
     let prepared = CaderMesh::new(mesh, topology).map_err(FlatteningError::from)?;
     let original = Original::new(mesh, topology, settings.part);
-    let abandons = !settings.landscape && prepared.settles_within().is_some();
+    let abandons = !settings.landscape && prepared.settles_within(settings.readings).is_some();
     let terms = abandons.then(|| Terms::new(mesh, topology, settings.part, settings.options.measure));
     let seeds = mesh.triangles.len();
     let threads = rayon::current_num_threads().clamp(1, seeds.max(1));
@@ -182,7 +182,8 @@ impl Search<'_> {
                     return;
                 }
                 let scratch = &mut worker.scratch;
-                let mut tally = terms.zip(bound).map(|(terms, bound)| Tally::new(terms, prepared, bound));
+                let mut tally =
+                    terms.zip(bound).map(|(terms, bound)| Tally::new(terms, prepared, settings.readings, bound));
                 let run = cader::flatten_while(prepared, settings.readings, seed, scratch, |scratch| {
                     tally.as_mut().is_none_or(|tally| tally.goes_on(scratch))
                 });

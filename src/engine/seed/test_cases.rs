@@ -3,7 +3,7 @@
 use glam::DVec3;
 use serde_json::Value;
 
-use crate::engine::flattening::{Anchor, Average, Check, Order, Parent, Readings};
+use crate::engine::flattening::{Anchor, Average, Check, Order, Parent, Readings, Scheme};
 use crate::engine::mesh::Mesh;
 use crate::engine::mesh::test_meshes::{Diagonal, grid, grid_triangles};
 use crate::engine::nurbs::{KnotVector, Surface};
@@ -30,6 +30,7 @@ pub(crate) fn integers(value: &Value) -> Vec<u32> {
 pub(crate) fn readings(options: &Value) -> Readings {
     let named = |key: &str| options.get(key).and_then(Value::as_str);
     Readings {
+        scheme: Scheme::InTurn,
         order: if named("order") == Some("index") { Order::Index } else { Order::Fifo },
         parent: if named("parent") == Some("last") { Parent::Last } else { Parent::First },
         anchor: if named("start") == Some("end") { Anchor::End } else { Anchor::Start },
