@@ -9,3 +9,4 @@ mod ampc;
 mod configurations;
 mod energy_release;
 mod outlines;
+mod predicted_seed;

@@ -8,6 +8,7 @@
 //! Limits: a vertex at a border has none, nor one whose triangles have no area. Where several fans of triangles meet in
 //! one vertex their angles are added; meshes of the pipeline have no such vertices.
 
+pub mod developability;
 mod report;
 
 use std::f64::consts::TAU;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::iso_lines::IsoLinesReport;
 use super::{HotSpot, Thresholds, Verdict};
 use crate::engine::curvature::CurvatureReport;
+use crate::engine::curvature::developability::DevelopabilityReport;
 use crate::engine::flattening::PinPlace;
 use crate::engine::flattening::energy_release::ReleaseReport;
 use crate::engine::triangulation::ampc::AmpcCounts;
@@ -88,6 +89,9 @@ pub struct TriangulationReport {
     /// What the method `ampc` counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ampc: Option<AmpcCounts>,
+    /// What is foretold of a flattening, by jobs that end with the mesh.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub developability: Option<DevelopabilityReport>,
 }
 
 /// The flattening.

@@ -152,7 +152,11 @@ fn of_surface(
         Meshed::new(kind, &centred, options, observer).map_err(|error| centred.home.failure_back(error.into()))?;
     match kind {
         JobKind::Triangulate => match triangulated(kind, &meshed, observer) {
-            Ok(outcome) => Ok(centred.home.outcome_back(outcome)),
+            Ok(mut outcome) => {
+                observer.check()?;
+                outcome.report.triangulation.developability = Some(reports::developability(&meshed));
+                Ok(centred.home.outcome_back(outcome))
+            }
             Err(error) => Err(error.into()),
         },
         JobKind::Flatten | JobKind::OptimumSeedSearch => match flatten(kind, &meshed, options, &centred, observer) {

@@ -14,6 +14,7 @@ use super::flattened::{self, Laid, Sheet};
 use super::{Failure, Outcome, SurfaceMesh, reports};
 use crate::engine::budget::{Observer, Stage};
 use crate::engine::curvature::CurvatureReport;
+use crate::engine::curvature::developability::DevelopabilityReport;
 use crate::engine::distortion::{self, DistortionReport, FlatteningReport, Report};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::{FlatteningDomain, FlatteningError, FlatteningOptions, SeedChoice};
@@ -43,7 +44,12 @@ pub(super) fn run(
     let ready = ready(&mesh, options)?;
     observer.check()?;
     match kind {
-        JobKind::Triangulate => Ok(home.outcome_back(meshed(kind, &ready, options))),
+        JobKind::Triangulate => {
+            let mut outcome = meshed(kind, &ready, options);
+            let foretold = DevelopabilityReport::of(ready.mesh, &ready.topology, None);
+            outcome.report.triangulation.developability = Some(foretold);
+            Ok(home.outcome_back(outcome))
+        }
         JobKind::Flatten | JobKind::OptimumSeedSearch => {
             let seed = named_seed(&ready, options, home.offset)?;
             flatten(kind, &ready, (surface, home), seed, options, observer)

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::flattened::Laid;
 use super::meshed::Meshed;
 use crate::engine::budget::Observer;
+use crate::engine::curvature::developability::DevelopabilityReport;
 use crate::engine::distortion::{self, AspectRatio, FlatteningReport, TriangulationReport};
 use crate::engine::error::EngineError;
 use crate::engine::flattening::FlatteningMethod;
@@ -49,7 +50,14 @@ pub(super) fn triangulation(meshed: &Meshed, observer: &dyn Observer) -> Result<
         aspect_ratio: AspectRatio::of(mesh),
         curvature: None,
         ampc: meshed.ampc,
+        developability: None,
     })
+}
+
+/// What the mesh of a surface foretells of its flattening.
+pub(super) fn developability(meshed: &Meshed) -> DevelopabilityReport {
+    let own = |place: DVec2| meshed.surface.curvature(place.x, place.y);
+    DevelopabilityReport::of(&meshed.lifted.mesh, &meshed.topology, Some(&own))
 }
 
 /// A mesh that is the surface itself: nothing lies between the two, and no grid was laid.
