@@ -39,7 +39,7 @@ impl Sampled {
     }
 
     /// Least and greatest of the surface's own.
-    fn own(&self) -> [f64; 2] {
+    pub(crate) fn own(&self) -> [f64; 2] {
         extremes(self.rings.iter().map(|(_, own)| *own))
     }
 
