@@ -18,8 +18,9 @@ pub(crate) const READINGS: [Readings; 4] = [
 
 /// A reading by what matters most; average and check are the defaults.
 pub(crate) const fn reading(order: Order, parent: Parent, anchor: Anchor) -> Readings {
-    use planish::engine::flattening::{Average, Check};
-    Readings { order, parent, anchor, average: Average::Pair, check: Check::Incident, ..Readings::default() }
+    use planish::engine::flattening::{Average, Check, Scheme};
+    let (average, check) = (Average::Pair, Check::Incident);
+    Readings { scheme: Scheme::InTurn, order, parent, anchor, average, check }
 }
 
 /// A reading's name.
