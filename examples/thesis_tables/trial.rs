@@ -4,7 +4,7 @@ use anyhow::Result;
 use planish::engine::budget::Unobserved;
 use planish::engine::distortion::{Original, Thresholds};
 use planish::engine::flattening::cader::flatten_once;
-use planish::engine::flattening::{Anchor, Order, Parent, Readings, Scheme};
+use planish::engine::flattening::{Anchor, Order, Parent, Readings};
 use planish::engine::mesh::{Mesh, Topology};
 use planish::engine::seed::{SearchSettings, search};
 
