@@ -138,7 +138,7 @@ fn report(label: &str, mesh: &CaderMesh, readings: Readings) {
     let mut scratch = Scratch::new();
     run_seeds(mesh, readings, &mut scratch, 1);
     let allocations = allocation_counter::measure(|| run_seeds(mesh, readings, &mut scratch, SEEDS)).count_total;
-    // The scheme `symmetric` takes some sixty times as long as the others: fewer runs.
+    // The scheme `symmetric` takes many times as long as the others: fewer runs.
     let runs = if readings.scheme == Scheme::Symmetric { RUNS / 30 } else { RUNS };
     let seconds = best_of(runs, || run_seeds(mesh, readings, &mut scratch, SEEDS));
     let per_triangle = seconds * 1e9 / (SEEDS * mesh.triangle_count()) as f64;

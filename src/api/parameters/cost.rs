@@ -68,7 +68,8 @@ impl PartSize {
 /// Triangles that two cores flatten in a second, the order of magnitude: what turns a budget into a cost.
 pub const VISITS_PER_SECOND: u64 = 100_000_000;
 
-/// Visits that a triangle of one run by the scheme `symmetric` costs.
+/// Visits that a triangle of one run by the scheme `symmetric` is taken to cost: 48 fits, each about one unfolding, and what is
+/// around them.
 const SYMMETRIC_VISITS: u64 = 60;
 
 /// Most visits of a job: ten minutes of them, which is what an attempt may take.
