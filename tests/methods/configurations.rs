@@ -4,6 +4,7 @@ use std::path::Path;
 
 use planish::engine::budget::Unobserved;
 use planish::engine::job::{JobKind, JobOptions};
+use planish::engine::mesh::Topology;
 use planish::engine::pipeline;
 use planish::formats::surface::{self, Geometry, Reading};
 use serde_json::{Value, json};
@@ -55,9 +56,16 @@ fn faults(geometry: &Geometry, mut settings: Value) -> Result<(), String> {
         return Err(format!("its area is off by {off:.2e}"));
     }
     let curvature = found.curvature.ok_or("nothing is told of its curvature")?;
+    let (topology, edges_at_fault) = Topology::cut(&outcome.mesh.triangles, outcome.mesh.positions.len()).unwrap();
+    if !edges_at_fault.is_empty() {
+        return Err(format!("{edges_at_fault:?}"));
+    }
+    let mut inner = vec![true; outcome.mesh.positions.len()];
+    topology.borders().flatten().for_each(|&h| inner[topology.origin(h) as usize] = false);
+    let inner = inner.iter().filter(|inner| **inner).count() as u64;
     let valencies: u64 = curvature.valencies.iter().map(|(_, vertices)| vertices).sum();
-    if curvature.vertices != valencies || !curvature.integral.is_finite() {
-        return Err(format!("{curvature:?}"));
+    if [curvature.vertices, valencies] != [inner; 2] || !curvature.integral.is_finite() {
+        return Err(format!("{inner} interior vertices, {curvature:?}"));
     }
     Ok(())
 }

@@ -71,11 +71,15 @@ fn too_large(cost: u64) -> Option<Problem> {
     let detail = format!(
         "Trying every seed of this mesh would take some {minutes} minutes, and a job may take {most}. Nothing was stored."
     );
+    let predicted = Remedy::say("Let the shape tell which few seeds to try.")
+        .with("search.strategy", SetValue::Text("predicted".to_owned()))
+        .with("flattening.seed", SetValue::Nothing);
     let budget = Remedy::say("Give the search a budget: then the best seed found in it is taken.")
         .with("search.budget_s", SetValue::Number(60.0));
     Some(
         Problem::new(Kind::TooLarge, detail)
             .with_remedy(budget)
+            .with_remedy(predicted)
             .with_remedy(Remedy::say("Take a coarser triangulation: the time goes with the square of its triangles.")),
     )
 }

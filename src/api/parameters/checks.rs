@@ -4,7 +4,7 @@ use crate::engine::flattening::energy_release::MAX_MOVES;
 use crate::engine::flattening::{
     FlatteningDomain, FlatteningMethod, MAX_KEEP_WEIGHT, MAX_KEEPS, MAX_PINS, MAX_TARGET, PinPlace, SeedChoice,
 };
-use crate::engine::job::{JobKind, JobOptions};
+use crate::engine::job::{JobKind, JobOptions, SearchStrategy};
 use crate::engine::nurbs::Domain;
 use crate::engine::pattern::Align;
 use crate::engine::pipeline::MAX_GRID;
@@ -93,6 +93,10 @@ fn triangulation(options: &JobOptions, faults: &mut Vec<Fault>) {
     if let Some(skew) = asked.skew {
         if !of_grid {
             faults.push(fault("/triangulation/skew", "the points of a whole grid are skewed: take the method `grid`"));
+        }
+        if of_grid && asked.grid.is_none() {
+            let detail = "skewed points keep no tolerance: give the `grid` whose points are to be skewed";
+            faults.push(fault("/triangulation/skew", detail));
         }
         for (name, percent) in [("u_percent", skew.u_percent), ("v_percent", skew.v_percent)] {
             if percent.is_nan() || percent.abs() >= Skew::LIMIT_PERCENT {
@@ -327,6 +331,10 @@ fn keep(options: &JobOptions, faults: &mut Vec<Fault>) {
 }
 
 fn search(options: &JobOptions, faults: &mut Vec<Fault>) {
+    if options.flattening.seed == Some(SeedChoice::Optimum) && options.search.strategy == SearchStrategy::Predicted {
+        let detail = "`seed: optimum` tries every seed: take `seed: predicted`, or leave the strategy out";
+        faults.push(fault("/search/strategy", detail));
+    }
     if options.search.budget_s.is_some_and(|s| !(s > 0.0 && s <= MAX_BUDGET_S)) {
         faults.push(fault(
             "/search/budget_s",

@@ -7,7 +7,7 @@ use super::checks::MAX_BUDGET_S;
 use super::checks::{MAX_TRIANGLES, grid_triangles};
 use crate::engine::flattening::{FlatteningMethod, Scheme, SeedChoice};
 use crate::engine::job::{JobKind, JobOptions, SearchStrategy};
-use crate::engine::pipeline::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, OPTIMUM_UP_TO, default_triangles};
+use crate::engine::pipeline::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, default_triangles, optimum_up_to};
 use crate::engine::seed::predicted;
 use crate::engine::triangulation::Density;
 
@@ -100,7 +100,9 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
             && matches!(seed, Some(SeedChoice::Optimum | SeedChoice::Predicted) | None));
     let predicted = options.search.strategy == SearchStrategy::Predicted
         || seed == Some(SeedChoice::Predicted)
-        || (kind == JobKind::Flatten && seed.is_none() && triangles > OPTIMUM_UP_TO as u64);
+        || (kind == JobKind::Flatten
+            && seed.is_none()
+            && triangles > optimum_up_to(options.flattening.readings().scheme) as u64);
     let tried = match (searched, predicted) {
         (true, true) => predicted::trials(triangles as usize) as u64,
         (true, false) => triangles,
@@ -113,11 +115,11 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
         + if released { RELEASE_VISITS_PER_TRIANGLE } else { 0 }
         + if solved { SOLVER_VISITS_PER_TRIANGLE } else { 0 }
         + if injective { INJECTIVE_VISITS_PER_TRIANGLE } else { 0 };
-    let once = each.saturating_mul(triangles);
     let visits = match options.flattening.readings().scheme {
         Scheme::InTurn => 1,
         Scheme::Symmetric => SYMMETRIC_VISITS,
     };
+    let once = (each + visits - 1).saturating_mul(triangles);
     // The first seeds are tried whatever the budget is.
     let budget = options.search.budget_s.map_or(u64::MAX, |s| (s * VISITS_PER_SECOND as f64) as u64);
     once.saturating_add(tried.saturating_mul(triangles).saturating_mul(visits).min(budget))

@@ -23,7 +23,7 @@ const HINTS: [(&str, &str); 7] = [
     ),
     (
         "/flattening/seed",
-        "\"optimum\", \"centre\", a triangle's index, { \"uv\": [u, v] }, { \"xyz\": [x, y, z] } or { \"vertices\": [a, b, c] }",
+        "\"optimum\", \"predicted\", \"centre\", a triangle's index, { \"uv\": [u, v] }, { \"xyz\": [x, y, z] } or { \"vertices\": [a, b, c] }",
     ),
     (
         "/flattening/pins",

@@ -126,6 +126,17 @@ fn shares(points: impl Iterator<Item = (f64, f64)>, flat_per_mm2: f64) -> Option
     })
 }
 
+/// The least number from `step` on that has no divisor in common with `n`.
+fn coprime_above(n: usize, step: usize) -> usize {
+    let gcd = |mut a: usize, mut b: usize| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    (step..step + n).find(|&step| gcd(step, n) == 1).unwrap_or(1)
+}
+
 /// Shares by the surface's own curvature, and how far edges run from its lines of minimum curvature.
 fn of_surface(
     mesh: &Mesh,
@@ -133,7 +144,8 @@ fn of_surface(
     own: &dyn Fn(DVec2) -> Curvature,
     flat_per_mm2: f64,
 ) -> (Option<PointShares>, Option<f64>) {
-    let step = uv.len().div_ceil(SAMPLES).max(1);
+    // A step that divides a grid's row would look at the same columns in each of them.
+    let step = coprime_above(uv.len(), uv.len().div_ceil(SAMPLES).max(1));
     let curvatures: Vec<Curvature> = uv.iter().step_by(step).map(|&place| own(place)).collect();
     let mut areas = vec![0.0; curvatures.len()];
     let mut angles = vec![f64::INFINITY; curvatures.len()];

@@ -5,8 +5,8 @@
 //! - the same times `6 / valency` (thesis 5.6, 5.7), so that valencies 4 and 8 of a grid get the area that 6 gets;
 //! - the mixed Voronoi area (Meyer, Desbrun, Schröder, Barr 2003), which adds up to the mesh's area exactly.
 //!
-//! Limits: a vertex at a border has none, nor one whose triangles have no area. Where several fans of triangles meet in
-//! one vertex their angles are added; meshes of the pipeline have no such vertices.
+//! Limits: a vertex at a border has none, nor one whose triangles have no area. Where several closed fans of
+//! triangles meet in one vertex (a mesh that was sent may have that) their angles are added, which says nothing of either.
 
 pub mod developability;
 mod report;

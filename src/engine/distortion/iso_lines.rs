@@ -4,7 +4,9 @@
 //! lines of the grid, as far as the part reaches. L^o is its length in space and L^f its length in the plane. Unlike the sum over
 //! edges of (4.10), in which stretch and compression of one line's edges add up, here they cancel along a line.
 //!
-//! Limits: a mesh without places in the domain has none. A line that holes interrupt counts as one. Edges that were not reached
+//! Limits: a mesh without places in the domain has none; nor is it asked of meshes whose points are skewed or follow lines of
+//! curvature. A line that holes interrupt counts as one, and a straight trimming edge along u or v is one. At a pole lines lose
+//! their last edge. Edges that were not reached
 //! (NaN) count for nothing.
 
 use glam::DVec2;

@@ -27,6 +27,7 @@ use super::job::{JobKind, JobOptions, SearchStrategy};
 use super::mesh::Mesh;
 use super::pattern::{self, DrawInput, Locator, Pattern};
 use super::seed::SeedLandscape;
+use super::triangulation::TriangulationMethod;
 use super::trimming::{Side, TrimmedSurface};
 use centred::Centred;
 use constraints::Constraints;
@@ -34,7 +35,7 @@ use findings::Lying;
 use flattened::{Laid, Sheet};
 use meshed::Meshed;
 
-pub use flattened::OPTIMUM_UP_TO;
+pub use flattened::{OPTIMUM_UP_TO, optimum_up_to};
 pub use meshed::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, ISOMETRIC_TRIANGLES, MAX_GRID, default_triangles};
 pub use survey::{Survey, survey};
 
@@ -312,9 +313,13 @@ fn flatten(
     filled.flattening = options.filled_flattening();
     filled.flattening.seed = laid.seed_choice;
     filled.curve_tolerance_mm = Some(meshed.curve_tolerance);
-    let iso_lines = match exact {
-        Some(_) => None,
-        None => distortion::iso_lines(mesh, &meshed.topology, &flat, part),
+    // Skewed points and lines of curvature lie on no iso-parameter lines.
+    let asked = &meshed.options.triangulation;
+    let follows_lines = asked.method != TriangulationMethod::Ampc && asked.skew.is_none();
+    let iso_lines = if exact.is_none() && follows_lines {
+        distortion::iso_lines(mesh, &meshed.topology, &flat, part)
+    } else {
+        None
     };
     let (gaussian, triangulation) = triangulation(kind, meshed, observer)?;
     Ok(Outcome {

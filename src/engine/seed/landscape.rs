@@ -3,7 +3,7 @@
 use crate::engine::distortion::SeedSearchReport;
 use crate::engine::flattening::FlatteningError;
 use crate::engine::flattening::cader::Stop;
-use crate::engine::job::{SearchMeasure, SearchOptions};
+use crate::engine::job::{SearchMeasure, SearchOptions, SearchStrategy};
 
 /// Changes of a whole flattening, percent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -108,8 +108,8 @@ impl SeedSearch {
     pub fn report(&self, triangle_of: &[u32]) -> SeedSearchReport {
         let name = |seed: u32| triangle_of.get(seed as usize).copied().unwrap_or(seed);
         let best = self.best.as_ref().ok();
-        // What abandoned seeds would have come to is not known.
-        let all = self.abandoned == 0;
+        // What abandoned seeds would have come to is not known, and those that a prediction picks stand for no others.
+        let all = self.abandoned == 0 && self.options.strategy == SearchStrategy::Exhaustive;
         let worst = self.worst.filter(|_| all);
         SeedSearchReport {
             measure: self.options.measure.name().to_owned(),

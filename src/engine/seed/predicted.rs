@@ -24,8 +24,8 @@ use crate::engine::mesh::{Mesh, Topology, measures};
 
 /// Trials for each triangle: an exhaustive search has one each. Below a hundredth with something to spare.
 const SHARE: f64 = 0.007;
-/// So many trials at least: fewer find no basin. A hundredth of 1200 triangles is as many; on smaller meshes they are more than
-/// that, and take less than a millisecond all together.
+/// So many trials at least: fewer find no basin. A hundredth of 1600 triangles is as many; on smaller meshes they are more than
+/// that, and take a few milliseconds all together.
 const LEAST: usize = 16;
 /// So many at most: on fine meshes the basins are as wide as on coarse ones.
 const MOST: usize = 64;

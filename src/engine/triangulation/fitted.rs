@@ -177,8 +177,9 @@ mod tests {
         let surface = plane(10.0, 8.0);
         let lines = GridLines::uniform(surface.domain(), 4, 4);
         let fitted = fit(&surface, &lines, None, &Unobserved).unwrap();
-        assert_eq!(fitted.tried.iter().max(), Some(&16));
-        assert_eq!(fitted.backslash.len(), 9);
+        assert_eq!(fitted.backslash, [false; 9]);
+        // The first point has four free cells, its neighbours along the row and above it two, the last one.
+        assert_eq!(fitted.tried, [16, 4, 4, 2]);
         let slim = GridLines::uniform(surface.domain(), 2, 5);
         assert_eq!(fit(&surface, &slim, None, &Unobserved).unwrap().start, None);
     }

@@ -26,8 +26,9 @@ pub fn write(parts: &MeshParts<'_>) -> Result<Vec<u8>, WriteError> {
     let flat = parts.flat.filter(|flat| flat.len() == vertices);
     let own = parts.gaussian.filter(|own| own.len() == vertices);
     let movement = parts.movement.filter(|movement| movement.len() == vertices);
-    // A mesh whose edges are at fault has no rings that a curvature could be told of.
-    let rings = Topology::new(mesh).map(|topology| rings(mesh, &topology)).unwrap_or_default();
+    // As in the report: edges at fault are cut.
+    let rings =
+        Topology::cut(&mesh.triangles, vertices).map(|(topology, _)| rings(mesh, &topology)).unwrap_or_default();
     let mut out = Vec::with_capacity(HEADER.len() + vertices * 220);
     out.extend_from_slice(HEADER);
     for (v, position) in mesh.positions.iter().enumerate() {

@@ -17,7 +17,7 @@ use crate::engine::distortion::{DevelopableReport, InjectiveReport, SeedSearchRe
 use crate::engine::error::EngineError;
 use crate::engine::flattening::cader::{self, Stop};
 use crate::engine::flattening::energy_release::ReleaseReport;
-use crate::engine::flattening::{FlatteningError, FlatteningMethod, LevelCounts, SeedChoice};
+use crate::engine::flattening::{FlatteningError, FlatteningMethod, LevelCounts, Scheme, SeedChoice};
 use crate::engine::job::{JobOptions, SearchStrategy};
 use crate::engine::mesh::{Mesh, Piece, Topology, check_sheet, pieces, sheet as sheet_of};
 use crate::engine::pattern::Hold;
@@ -26,6 +26,15 @@ use crate::engine::seed::{SeedLandscape, SeedOutcome, SeedSearch, locate, search
 /// Meshes of at most so many triangles have every seed tried when none is named, larger ones the predicted: the search of all
 /// takes time with the square of their number, and this much is done in well under a second on two cores.
 pub const OPTIMUM_UP_TO: usize = 8000;
+
+/// The same by the scheme of the readings: a run by `symmetric` takes some 60 times as long as one in turn.
+#[must_use]
+pub const fn optimum_up_to(scheme: Scheme) -> usize {
+    match scheme {
+        Scheme::InTurn => OPTIMUM_UP_TO,
+        Scheme::Symmetric => OPTIMUM_UP_TO / 8,
+    }
+}
 
 /// A mesh in the plane, all pieces of it.
 pub(super) struct Laid {
@@ -290,7 +299,9 @@ impl PieceJob<'_> {
         let choice = match self.options.flattening.seed {
             Some(choice @ (SeedChoice::Optimum | SeedChoice::Predicted | SeedChoice::Centre)) => choice,
             _ if self.options.search.strategy == SearchStrategy::Predicted => SeedChoice::Predicted,
-            _ if mesh.triangles.len() <= OPTIMUM_UP_TO => SeedChoice::Optimum,
+            _ if mesh.triangles.len() <= optimum_up_to(self.options.flattening.readings().scheme) => {
+                SeedChoice::Optimum
+            }
             _ => SeedChoice::Predicted,
         };
         if self.first && self.options.flattening.seed.is_none() {

@@ -87,7 +87,8 @@ pub(super) fn fill(
             let ends = next.iter().all(|&x| depth(x, outwards) < -ROUNDING);
             outer.push(next.clone());
             last = next;
-            if ends {
+            // Copies go on by a step each; only places that are no numbers could keep them from ending.
+            if ends || outer.len() > 8 * m {
                 break;
             }
         }

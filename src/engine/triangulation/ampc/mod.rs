@@ -43,8 +43,8 @@ use crate::engine::budget::Observer;
 use crate::engine::error::{EngineError, Place};
 use crate::engine::nurbs::Surface;
 
-/// Most points along each direction. The search for a strip that holds a line may follow m^2 `starts` / 2 lines; beyond a
-/// million of them a job would take minutes.
+/// Most points along each direction: lines closer than a thousandth of the part say nothing more of its curvature. How long
+/// strips are searched for lines is bounded apart (`strips::MAX_STEPS`).
 pub const MAX_POINTS: u32 = 1024;
 
 /// What was counted of one family of lines.

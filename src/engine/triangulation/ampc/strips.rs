@@ -19,6 +19,10 @@ pub(super) const ROUNDING: f64 = 1e-12;
 /// and far below any step.
 const SAME: f64 = 1e-9;
 
+/// Most steps that are taken while strips are searched, a minute of them at the most. A search that comes so far has found no line in
+/// wide strips nor in many narrow ones, and gives up as if there were none.
+const MAX_STEPS: u64 = 50_000_000;
+
 /// What was found.
 pub(super) struct Found {
     /// For each line x at every row, from left to right.
@@ -40,12 +44,16 @@ pub(super) fn find(
     observer: &dyn Observer,
 ) -> Result<Found, EngineError> {
     let most = (m / 2).max(1);
+    let mut steps = 0_u64;
     let mut found = Found { lines: Vec::new(), strips_initial: most as u32, strips_used: 0 };
-    for strips in (1..=most).rev() {
+    'search: for strips in (1..=most).rev() {
         for strip in 0..strips {
             observer.check()?;
+            if steps > MAX_STEPS {
+                break 'search;
+            }
             let ends = [strip, strip + 1].map(|k| k as f64 / strips as f64);
-            let Some(line) = straightest(field, n, ends, starts.max(2)) else { continue };
+            let Some(line) = straightest(field, n, ends, starts.max(2), &mut steps) else { continue };
             let last: Option<&Vec<f64>> = found.lines.last();
             if last.is_none_or(|last| last.iter().zip(&line).any(|(a, b)| (a - b).abs() > SAME)) {
                 found.lines.push(line);
@@ -60,18 +68,24 @@ pub(super) fn find(
 }
 
 /// The straightest line of a strip.
-fn straightest(field: &Field, n: usize, [low, high]: [f64; 2], starts: usize) -> Option<Vec<f64>> {
+fn straightest(field: &Field, n: usize, [low, high]: [f64; 2], starts: usize, steps: &mut u64) -> Option<Vec<f64>> {
     let mut best: Option<(f64, Vec<f64>)> = None;
     for q in 0..starts {
         let start = low + (high - low) * (q as f64 / (starts - 1) as f64);
         let narrower = best.as_ref().map_or(f64::INFINITY, |(range, _)| range - ROUNDING);
-        best = contained(field, n, [low, high], start, narrower).or(best);
+        best = contained(field, n, [low, high], (start, narrower), steps).or(best);
     }
     best.map(|(_, line)| line)
 }
 
 /// The line from `start` with its range, where it stays in the strip and its range is below `narrower`.
-fn contained(field: &Field, n: usize, [low, high]: [f64; 2], start: f64, narrower: f64) -> Option<(f64, Vec<f64>)> {
+fn contained(
+    field: &Field,
+    n: usize,
+    [low, high]: [f64; 2],
+    (start, narrower): (f64, f64),
+    steps: &mut u64,
+) -> Option<(f64, Vec<f64>)> {
     let mut line = Vec::with_capacity(n);
     line.push(start);
     let (mut least, mut greatest) = (start, start);
@@ -79,6 +93,7 @@ fn contained(field: &Field, n: usize, [low, high]: [f64; 2], start: f64, narrowe
     let mut direction = field.start(at);
     for row in 1..n {
         let t = row_at(row, n);
+        *steps += 1;
         let (x, next) = field.step(at, direction, t - at.y)?;
         (least, greatest) = (least.min(x), greatest.max(x));
         if !(x >= low - ROUNDING && x <= high + ROUNDING && greatest - least < narrower) {
