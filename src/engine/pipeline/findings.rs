@@ -192,7 +192,8 @@ mod tests {
         let both = |input: crate::engine::pipeline::Input| {
             [&plain, &asked].map(|options| run(JobKind::Flatten, input, options, &Unobserved).unwrap())
         };
-        for [without, with] in [both((&dome).into()), both((&tube).into()), both((&sheet).into())] {
+        for input in [(&dome).into(), (&tube).into(), (&sheet).into()] {
+            let [without, with] = both(input);
             assert_eq!((&without.flat, &without.pattern), (&with.flat, &with.pattern));
             let mut report = with.report.clone();
             let found = report.flattening.as_mut().unwrap().injective.take().unwrap();

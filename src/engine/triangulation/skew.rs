@@ -65,14 +65,14 @@ impl Skew {
         let weights = |lines: &[f64], side| (0..lines.len()).map(|k| weight(lines, k, side)).collect::<Vec<f64>>();
         let (along_v, along_u) = (weights(&lines.v, self.u_along), weights(&lines.u, self.v_along));
         let mut points = Vec::with_capacity(m * n);
-        for j in 0..n {
-            for i in 0..m {
+        for (j, &of_u) in along_v.iter().enumerate() {
+            for (i, &of_v) in along_u.iter().enumerate() {
                 let moved = self.points == SkewedPoints::All || (i % 2 == 1 && j % 2 == 1);
                 let by = |lines: &[f64], k: usize, percent: f64, weight: f64| {
                     if moved { lines[k] + percent / 100.0 * weight * step(lines, k, percent) } else { lines[k] }
                 };
-                let u = by(&lines.u, i, self.u_percent, along_v[j]);
-                let v = by(&lines.v, j, self.v_percent, along_u[i]);
+                let u = by(&lines.u, i, self.u_percent, of_u);
+                let v = by(&lines.v, j, self.v_percent, of_v);
                 points.push(DVec2::new(u, v));
             }
         }

@@ -53,12 +53,16 @@ pub fn write(parts: &MeshParts<'_>) -> Result<Vec<u8>, WriteError> {
         ];
         // Writing to memory cannot fail.
         let _ = write!(out, "{v}");
-        fields.into_iter().for_each(|field| number(&mut out, field));
+        for field in fields {
+            number(&mut out, field);
+        }
         out.push(b',');
         if let Some(ring) = ring {
             let _ = write!(out, "{}", ring.triangles);
         }
-        estimates.into_iter().for_each(|field| number(&mut out, field));
+        for field in estimates {
+            number(&mut out, field);
+        }
         out.extend_from_slice(b"\r\n");
     }
     Ok(out)

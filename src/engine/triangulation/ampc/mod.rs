@@ -1,9 +1,9 @@
 //! Triangulation along the axis of minimum principal curvature, AMPC (thesis 6.3 and 6.4, all eight stages).
 //!
-//! 1. the domain is sampled by m x n points; 2. the modal direction of minimum curvature (of smaller magnitude) is that
-//! of most of them ([`field`]); 3. the domain is divided into floor(m/2) strips along it; 4. in each the straightest line of
-//! curvature is kept; 5. with none there is a strip fewer ([`strips`]); 6. lines are blended in between, 8. and offset
-//! beyond ([`lines`]); 7. lines and rows make cells ([`lattice`]), which are cut along `/` ([`cells`],
+//! The stages: (1) the domain is sampled by m x n points; (2) the modal direction of minimum curvature (of smaller magnitude) is that
+//! of most of them ([`field`]); (3) the domain is divided into floor(m/2) strips along it; (4) in each the straightest line of
+//! curvature is kept; (5) with none there is a strip fewer ([`strips`]); (6) lines are blended in between and (8) offset
+//! beyond ([`lines`]); (7) lines and rows make cells ([`lattice`]), which are cut along `/` ([`cells`],
 //! and [`ends`] at free borders).
 //!
 //! Beyond the thesis, as options: a fourth-order rule, free ends at the border, and rows along the other family, so that
@@ -122,9 +122,8 @@ pub fn ampc(
     }
     let along = match options.direction {
         AmpcDirection::U => Along::U,
-        AmpcDirection::V => Along::V,
         AmpcDirection::Modal if votes[0] > votes[1] => Along::U,
-        AmpcDirection::Modal => Along::V,
+        AmpcDirection::V | AmpcDirection::Modal => Along::V,
     };
     let size = if along == Along::V { [m, n] } else { [n, m] }.map(|points| points as usize);
     let field = Field::new(surface, along, Family::Minimum, options.integration);
