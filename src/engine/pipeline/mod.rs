@@ -37,6 +37,7 @@ use meshed::Meshed;
 
 pub use flattened::{OPTIMUM_UP_TO, optimum_up_to};
 pub use meshed::{CADER_TRIANGLES, DEFAULT_CHORD_RELATIVE, ISOMETRIC_TRIANGLES, MAX_GRID, default_triangles};
+pub use reports::AREA_WARNING;
 pub use survey::{Survey, survey};
 
 /// A mesh as a surface that a job works on: its vertices welded, its triangles oriented alike as far as they can be (see
@@ -170,11 +171,12 @@ fn of_surface(
 /// The outcome of a job that ends with the mesh.
 fn triangulated(kind: JobKind, meshed: &Meshed, observer: &dyn Observer) -> Result<Outcome, EngineError> {
     let (gaussian, triangulation) = triangulation(kind, meshed, observer)?;
+    let warnings = meshed.warnings().into_iter().chain(reports::area_warning(&triangulation)).collect();
     Ok(Outcome {
         gaussian,
         mesh: meshed.lifted.mesh.clone(),
         normals: meshed.lifted.normals.clone(),
-        report: Report { triangulation, warnings: meshed.warnings(), ..Report::default() },
+        report: Report { triangulation, warnings, ..Report::default() },
         options: meshed.options.clone(),
         ..Outcome::default()
     })
@@ -322,6 +324,7 @@ fn flatten(
         None
     };
     let (gaussian, triangulation) = triangulation(kind, meshed, observer)?;
+    warnings.extend(reports::area_warning(&triangulation));
     Ok(Outcome {
         mesh: mesh.clone(),
         normals: meshed.lifted.normals.clone(),

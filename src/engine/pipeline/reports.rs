@@ -60,6 +60,20 @@ pub(super) fn developability(meshed: &Meshed) -> DevelopabilityReport {
     DevelopabilityReport::of(&meshed.lifted.mesh, &meshed.topology, Some(&own))
 }
 
+/// A mesh whose area is off the surface's by more than this share is told of: it is not the surface that was meant.
+pub const AREA_WARNING: f64 = 0.05;
+
+/// What is to be said of a mesh that is not its surface.
+pub(super) fn area_warning(found: &TriangulationReport) -> Option<String> {
+    let off = (found.area_mm2 - found.surface_area_mm2).abs() / found.surface_area_mm2;
+    (off > AREA_WARNING).then(|| {
+        format!(
+            "the mesh's area is {:.0} % off the surface's: it has too few points, or its rows lie across the curvature",
+            100.0 * off
+        )
+    })
+}
+
 /// A mesh that is the surface itself: nothing lies between the two, and no grid was laid.
 pub(super) fn of_mesh(mesh: &Mesh, topology: &Topology) -> TriangulationReport {
     let area_mm2 = measures::total_area(mesh);

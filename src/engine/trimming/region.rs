@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::nesting::{Containment, locate, signed_area};
+use crate::engine::nurbs::Domain;
 
 /// Where a point of a boundary loop comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,6 +55,15 @@ impl BoundaryLoop {
 }
 
 impl TrimRegion {
+    /// The whole of a domain.
+    #[must_use]
+    pub fn whole(Domain { u, v }: Domain) -> Self {
+        let points = [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(DVec2::from).to_vec();
+        let corners = vec![true; points.len()];
+        let border = BoundaryLoop { points, sources: Vec::new(), corners, source_loop: None, depth: 0, parent: None };
+        Self { loops: vec![border], natural: true }
+    }
+
     /// Where a point of the domain lies, by the parity of crossings of a ray; exact. `O(points)`.
     #[must_use]
     pub fn contains(&self, uv: DVec2) -> Containment {

@@ -38,10 +38,11 @@ use self::field::{Family, Field};
 use self::lattice::Lattice;
 use self::lines::Lines;
 use super::density::MAX_TRIANGLES;
-use super::{DomainMesh, GridLines, TriangulationError};
+use super::{DomainFault, DomainMesh, GridLines, TriangulationError, check_domain_mesh};
 use crate::engine::budget::Observer;
 use crate::engine::error::{EngineError, Place};
-use crate::engine::nurbs::Surface;
+use crate::engine::nurbs::{Domain, Surface};
+use crate::engine::trimming::TrimRegion;
 
 /// Most points along each direction: lines closer than a thousandth of the part say nothing more of its curvature. How long
 /// strips are searched for lines is bounded apart (`strips::MAX_STEPS`).
@@ -155,6 +156,11 @@ pub fn ampc(
     if triangles > MAX_TRIANGLES {
         return Err(TriangulationError::TooManyTriangles { estimate: triangles, limit: MAX_TRIANGLES }.into());
     }
+    if options.families == AmpcFamilies::Both {
+        // Free ends of lines that lean on each other at the border may leave a gap there.
+        let all: Vec<[u32; 3]> = cut.triangles.iter().chain(&cut.dropped).copied().collect();
+        conforms(&mesh(&field, &cut, &all), surface.domain())?;
+    }
     let polyline = |x: &Vec<f64>| {
         let place = |(row, &x): (usize, &f64)| field.uv(DVec2::new(x, strips::row_at(row, size[1])));
         x.iter().enumerate().map(place).collect()
@@ -198,6 +204,21 @@ fn check_size(columns: usize, rows: usize) -> Result<(), TriangulationError> {
         return Err(TriangulationError::TooManyTriangles { estimate: 2 * cells, limit: MAX_TRIANGLES });
     }
     Ok(())
+}
+
+/// Whether a mesh covers the domain whole.
+fn conforms(mesh: &DomainMesh, domain: Domain) -> Result<(), TriangulationError> {
+    let Some(fault) = check_domain_mesh(mesh, &TrimRegion::whole(domain)).into_iter().next() else { return Ok(()) };
+    let uv = match fault {
+        DomainFault::Crack(a, b) | DomainFault::Edge(a, b) | DomainFault::Duplicate(a, b) => {
+            Some(mesh.uv[a as usize].midpoint(mesh.uv[b as usize]).to_array())
+        }
+        DomainFault::Orientation { triangle } => {
+            Some(mesh.uv[mesh.triangles[triangle as usize][0] as usize].to_array())
+        }
+        _ => None,
+    };
+    Err(TriangulationError::LinesTangle { place: Box::new(Place { uv, ..Place::default() }) })
 }
 
 /// Some of the triangles with the vertices that they use, in (u, v).

@@ -9,10 +9,10 @@ use crate::engine::budget::Unobserved;
 use crate::engine::curvature;
 use crate::engine::error::{EngineError, Located};
 use crate::engine::mesh::{Topology, measures};
+use crate::engine::nurbs::Surface;
 use crate::engine::nurbs::shapes::{any_surface, cylinder, knots, plane, revolved, sphere, torus};
-use crate::engine::nurbs::{Domain, Surface};
 use crate::engine::triangulation::{DomainFault, DomainMesh, TriangulationError, check_domain_mesh, lift};
-use crate::engine::trimming::{BoundaryLoop, TrimRegion};
+use crate::engine::trimming::TrimRegion;
 
 fn made(surface: &Surface, grid: [u32; 2], options: &AmpcOptions) -> Ampc {
     ampc(surface, grid, options, &Unobserved).unwrap()
@@ -31,17 +31,8 @@ fn every_option() -> Vec<AmpcOptions> {
     all
 }
 
-/// The border of a rectangle as a region.
-fn whole(domain: Domain) -> TrimRegion {
-    let Domain { u, v } = domain;
-    let points = [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(DVec2::from).to_vec();
-    let border =
-        BoundaryLoop { points, sources: Vec::new(), corners: vec![true; 4], source_loop: None, depth: 0, parent: None };
-    TrimRegion { loops: vec![border], natural: true }
-}
-
 fn faults(surface: &Surface, mesh: &DomainMesh) -> Vec<DomainFault> {
-    check_domain_mesh(mesh, &whole(surface.domain()))
+    check_domain_mesh(mesh, &TrimRegion::whole(surface.domain()))
 }
 
 /// A Bezier surface of degree 3 in both directions through a polynomial map of the unit square.
