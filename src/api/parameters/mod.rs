@@ -146,6 +146,15 @@ mod tests {
     }
 
     #[test]
+    fn settings_that_contradict_each_other_are_refused_in_words() {
+        let readings = json!({ "scheme": "symmetric", "order": "fifo" });
+        let (_, faults) = read(json!({ "kind": "flatten", "flattening": { "readings": readings } }));
+        let said =
+            faults.iter().find(|fault| fault.pointer == "/flattening/readings").map(|fault| fault.detail.as_str());
+        assert!(said.is_some_and(|said| said.contains("reads no order")), "{said:?}");
+    }
+
+    #[test]
     fn the_defaults_that_are_taken_are_shown() {
         let shown = with_defaults(&JobOptions::default());
         assert_eq!(shown["triangulation"]["tolerance"]["chord_relative"], 0.001);

@@ -110,6 +110,10 @@ fn plain(message: &str) -> String {
             return format!("this must be {}, and has {length}", in_words(wanted));
         }
     }
+    // What a type of our own says of settings that contradict each other.
+    if message.starts_with("the scheme `") {
+        return message.to_owned();
+    }
     "this has none of the forms that it may have".to_owned()
 }
 
