@@ -43,6 +43,7 @@ fn table() -> Routes {
         .result("/v1/jobs/{job}/pattern", results::pattern)
         .result("/v1/jobs/{job}/pattern.svg", results::pattern_svg)
         .result("/v1/jobs/{job}/pattern.dxf", results::pattern_dxf)
+        .result("/v1/jobs/{job}/pattern.plt", results::pattern_plt)
         .result("/v1/jobs/{job}/pattern.json", results::pattern_json)
         .result("/v1/jobs/{job}/report", results::report)
         .result("/v1/jobs/{job}/report.json", results::report_json)

@@ -162,22 +162,26 @@ fn write(folder: &Path, outcome: &Outcome, labels: &Labels) -> anyhow::Result<St
             let name = kind.stored_as(*form);
             let Some((_, bytes)) = stored.iter().find(|(kind, _)| kind.name() == name) else { continue };
             let source = Source { kind, bytes: bytes.clone(), labels: labels.clone() };
-            files.push(write_form(folder, &source, *form)?);
+            files.extend(write_form(folder, &source, *form)?);
         }
     }
     Ok(format!("{}: {}", folder.display(), files.join(", ")))
 }
 
-fn write_form(folder: &Path, source: &Source, form: Form) -> anyhow::Result<String> {
+/// Writes a form; none, and a word on standard error, where the form cannot hold so much.
+fn write_form(folder: &Path, source: &Source, form: Form) -> anyhow::Result<Option<String>> {
     let name = format!("{}.{}", source.kind.name(), form.suffix());
     let bytes = match render(source, form) {
         Ok(bytes) => bytes,
         Err(problem) => {
             complain_of(&problem, &name);
+            if problem.kind() == Kind::ResultNotFound {
+                return Ok(None);
+            }
             bail!("{name} of {:?} could not be written", source.labels.get(NAME));
         }
     };
     let path = folder.join(&name);
     fs::write(&path, bytes).with_context(|| format!("{} cannot be written", path.display()))?;
-    Ok(name)
+    Ok(Some(name))
 }

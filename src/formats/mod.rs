@@ -7,7 +7,7 @@
 //! | [`gltf_mesh`] | reads the triangles of a glTF scene as one mesh; trusts no number in it |
 //! | [`surface`] | a surface of either kind, by its bytes |
 //! | [`summary`], [`mesh_summary`] | what is said of a surface when it is sent |
-//! | [`dxf`], [`svg`], [`pattern_json`] | a pattern to cut |
+//! | [`dxf`], [`svg`], [`hpgl`], [`pattern_json`] | a pattern to cut |
 //! | [`glb`], [`obj`], [`stl`], [`ply`], [`mesh_json`] | a mesh in space with its flattening |
 //! | [`triangles_csv`], [`vertices_csv`] | a mesh's triangles and its vertices as tables |
 //! | [`report_json`] | the report |
@@ -32,6 +32,6 @@ pub mod surface;
 pub mod surface_json;
 pub mod units;
 
-pub use drawing::{TitleBlock, dxf, file_stem, pattern_json, svg};
+pub use drawing::{TitleBlock, dxf, file_stem, hpgl, pattern_json, svg};
 pub use model::{MeshParts, glb, mesh_json, obj, ply, stl, triangles_csv, vertices_csv};
 pub use numbers::WriteError;

@@ -281,3 +281,14 @@ async fn without_a_cache_the_answers_are_the_same() {
     assert_eq!(packed.header("content-encoding"), Some("zstd"));
     assert!(packed.decoded() == first.body);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_pattern_beyond_what_plotters_count_has_no_hpgl_and_says_so() {
+    let live = engine().await;
+    let mut plate = plate();
+    plate["units"] = json!("m");
+    plate["control_points"] = json!([[[0, 0, 0], [0, 60, 0]], [[300, 0, 0], [300, 60, 0]]]);
+    let answer = live.post("/v1/flatten?format=plt&wait=30", &plate).await.expect(404).problem("result-not-found");
+    assert!(answer["detail"].as_str().unwrap().contains("plotter units"), "{answer}");
+    live.post("/v1/flatten?format=dxf&wait=30", &plate).await.expect(200);
+}

@@ -127,7 +127,7 @@ async fn every_documented_call_answers_as_documented() {
         live.get(path).await.expect(200);
     }
     // The one-call form.
-    for format in ["svg", "dxf", "json"] {
+    for format in ["svg", "dxf", "plt", "json"] {
         live.post(&format!("/v1/flatten?format={format}"), &plate()).await.expect(200);
     }
     // Cancelling and deleting.

@@ -154,7 +154,7 @@ async fn the_command_line_writes_the_very_bytes_that_the_service_serves() {
     let address = service.post("/v1/jobs", &job).await.expect(202).header("location").unwrap().to_owned();
     let job = service.get(&format!("{address}?wait=60")).await.json();
     let results = job["results"].as_array().unwrap();
-    assert_eq!(results.len(), 11, "{job:#}");
+    assert_eq!(results.len(), 12, "{job:#}");
     let told = String::from_utf8(ran.stdout).unwrap();
     assert_eq!(told.lines().count(), 1, "{told}");
     for link in results {

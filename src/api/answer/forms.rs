@@ -11,6 +11,8 @@ pub enum Form {
     Svg,
     /// Drawing to cut.
     Dxf,
+    /// Drawing for plotters: HPGL.
+    Plt,
     /// Numbers in full.
     Json,
     /// Rows for a spreadsheet.
@@ -32,6 +34,7 @@ impl Form {
         match self {
             Self::Svg => "svg",
             Self::Dxf => "dxf",
+            Self::Plt => "plt",
             Self::Json => "json",
             Self::Csv => "csv",
             Self::Glb => "glb",
@@ -47,6 +50,7 @@ impl Form {
         match self {
             Self::Svg => "image/svg+xml",
             Self::Dxf => "image/vnd.dxf",
+            Self::Plt => "application/vnd.hp-hpgl",
             Self::Json => "application/json",
             Self::Csv => "text/csv",
             Self::Glb => "model/gltf-binary",

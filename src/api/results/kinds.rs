@@ -54,7 +54,7 @@ impl ResultKind {
     pub const fn forms(self) -> &'static [Form] {
         match self {
             Self::Mesh => &[Form::Glb, Form::Obj, Form::Stl, Form::Ply, Form::Json],
-            Self::Pattern => &[Form::Svg, Form::Dxf, Form::Json],
+            Self::Pattern => &[Form::Svg, Form::Dxf, Form::Plt, Form::Json],
             Self::Report | Self::Seeds => &[Form::Json, Form::Csv],
             Self::Vertices => &[Form::Csv],
         }

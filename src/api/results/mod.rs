@@ -11,6 +11,6 @@ pub use kinds::ResultKind;
 pub use rendering::{Source, render};
 pub(crate) use renderings::Renderings;
 pub(crate) use show::{
-    answer, mesh, mesh_glb, mesh_json, mesh_obj, mesh_ply, mesh_stl, pattern, pattern_dxf, pattern_json, pattern_svg,
-    report, report_csv, report_json, seeds, seeds_csv, seeds_json, vertices, vertices_csv,
+    answer, mesh, mesh_glb, mesh_json, mesh_obj, mesh_ply, mesh_stl, pattern, pattern_dxf, pattern_json, pattern_plt,
+    pattern_svg, report, report_csv, report_json, seeds, seeds_csv, seeds_json, vertices, vertices_csv,
 };

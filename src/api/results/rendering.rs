@@ -6,13 +6,14 @@ use axum::body::Bytes;
 
 use super::ResultKind;
 use crate::api::answer::{Form, Tag};
-use crate::api::problem::Problem;
+use crate::api::problem::{Kind, Problem};
 use crate::api::surfaces::NAME;
 use crate::engine::job::Labels;
 use crate::formats::seeds;
-use crate::formats::stored::{decode_mesh, decode_pattern};
+use crate::formats::stored::{StoredError, decode_mesh, decode_pattern};
 use crate::formats::{
-    TitleBlock, dxf, file_stem, glb, mesh_json, obj, pattern_json, ply, stl, svg, triangles_csv, vertices_csv,
+    TitleBlock, WriteError, dxf, file_stem, glb, hpgl, mesh_json, obj, pattern_json, ply, stl, svg, triangles_csv,
+    vertices_csv,
 };
 use crate::store::Digest;
 
@@ -43,9 +44,17 @@ pub(super) fn tag(digest: Digest, kind: ResultKind, form: Form, labels: &Labels)
 /// Writes a form. Takes long for a large mesh: not for an async thread.
 ///
 /// # Errors
-/// 500 when the stored bytes are damaged or hold a number that is not finite; the cause is logged.
+/// 404 when the form cannot hold so much; 500 when the stored bytes are damaged or hold a number that is not finite: the
+/// cause is logged.
 pub fn render(source: &Source, form: Form) -> Result<Bytes, Problem> {
-    written(source, form).map_err(|cause| {
+    written(source, form).map_err(|fault| {
+        let cause = match fault {
+            Unwritten::Beyond(detail) => {
+                let detail = format!("There is no .{} of this {}: {detail}.", form.suffix(), source.kind.name());
+                return Problem::new(Kind::ResultNotFound, detail);
+            }
+            Unwritten::Broken(cause) => cause,
+        };
         tracing::error!(
             cause,
             result = source.kind.name(),
@@ -56,23 +65,46 @@ pub fn render(source: &Source, form: Form) -> Result<Bytes, Problem> {
     })
 }
 
-fn written(source: &Source, form: Form) -> Result<Bytes, String> {
+/// Why a form could not be written.
+enum Unwritten {
+    /// The form cannot hold so much.
+    Beyond(String),
+    /// What is stored is not as it should be.
+    Broken(String),
+}
+
+impl From<WriteError> for Unwritten {
+    fn from(fault: WriteError) -> Self {
+        match fault {
+            WriteError::TooLarge { .. } => Self::Beyond(fault.to_string()),
+            _ => Self::Broken(fault.to_string()),
+        }
+    }
+}
+
+impl From<StoredError> for Unwritten {
+    fn from(fault: StoredError) -> Self {
+        Self::Broken(fault.to_string())
+    }
+}
+
+fn written(source: &Source, form: Form) -> Result<Bytes, Unwritten> {
     let name = source.labels.get(NAME).map(String::as_str);
     let bytes = match source.kind {
         ResultKind::Report if form != Form::Csv => return Ok(source.bytes.clone()),
         ResultKind::Seeds => {
-            let landscape = seeds::decode(&source.bytes).map_err(|e| e.to_string())?;
+            let landscape = seeds::decode(&source.bytes)?;
             match form {
                 Form::Csv => Ok(seeds::csv(&landscape)),
                 _ => seeds::json(&landscape),
             }
         }
         ResultKind::Vertices => {
-            let mesh = decode_mesh(&source.bytes).map_err(|e| e.to_string())?;
+            let mesh = decode_mesh(&source.bytes)?;
             vertices_csv::write(&mesh.parts())
         }
         ResultKind::Report | ResultKind::Mesh => {
-            let mesh = decode_mesh(&source.bytes).map_err(|e| e.to_string())?;
+            let mesh = decode_mesh(&source.bytes)?;
             match form {
                 Form::Csv => triangles_csv::write(&mesh.parts()),
                 Form::Glb => glb::write(&mesh.parts(), name),
@@ -83,16 +115,17 @@ fn written(source: &Source, form: Form) -> Result<Bytes, String> {
             }
         }
         ResultKind::Pattern => {
-            let pattern = decode_pattern(&source.bytes).map_err(|e| e.to_string())?;
+            let pattern = decode_pattern(&source.bytes)?;
             let mut others: BTreeMap<String, String> = source.labels.clone();
             others.remove(NAME);
             let title = TitleBlock::new(name, &others);
             match form {
                 Form::Dxf => dxf::write(&pattern, &title),
                 Form::Svg => svg::write(&pattern, &title),
+                Form::Plt => hpgl::write(&pattern, &title),
                 _ => pattern_json::write(&pattern),
             }
         }
     };
-    bytes.map(Bytes::from).map_err(|e| e.to_string())
+    Ok(bytes.map(Bytes::from)?)
 }

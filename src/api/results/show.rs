@@ -52,6 +52,8 @@ handlers! {
     pattern_svg: Pattern Svg;
     /// The pattern as DXF.
     pattern_dxf: Pattern Dxf;
+    /// The pattern as HPGL.
+    pattern_plt: Pattern Plt;
     /// The pattern as JSON.
     pattern_json: Pattern Json;
     /// The report.

@@ -1,6 +1,7 @@
-//! A pattern as a drawing: DXF and SVG for cutters, JSON for programs.
+//! A pattern as a drawing: DXF, SVG and HPGL for cutters, JSON for programs.
 
 pub mod dxf;
+pub mod hpgl;
 pub mod pattern_json;
 pub mod svg;
 mod title;
