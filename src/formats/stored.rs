@@ -242,14 +242,14 @@ pub fn decode_pattern(bytes: &[u8]) -> Result<Pattern, StoredError> {
     // A piece takes at least the counts of its name, holes and outline.
     let pieces = read.count(24)?;
     let bounding_box_mm = [read.f64()?, read.f64()?];
-    let mut pattern = Pattern { pieces: Vec::new(), bounding_box_mm };
+    let mut pattern = Pattern { bounding_box_mm, ..Pattern::default() };
     for _ in 0..pieces {
         let length = read.count(1)?;
         let name = std::str::from_utf8(read.take(length)?).map_err(|_| damaged("a name is not UTF-8"))?.to_owned();
         let holes = read.count(8)?;
         let outline = read.contour()?;
         let holes = (0..holes).map(|_| read.contour()).collect::<Result<_, _>>()?;
-        pattern.pieces.push(Piece { name, outline, holes });
+        pattern.pieces.push(Piece { name, outline, holes, ..Piece::default() });
     }
     if read.rest.is_empty() { Ok(pattern) } else { Err(damaged("bytes are left over")) }
 }
@@ -316,7 +316,7 @@ impl<'a> Reader<'a> {
         let count = self.count(17)?;
         let points = self.points(count)?.map(DVec2::from_array).collect();
         let corners = self.take(count)?.iter().map(|c| *c != 0).collect();
-        Ok(Contour { points, corners })
+        Ok(Contour { points, corners, ..Contour::default() })
     }
 }
 
@@ -391,9 +391,12 @@ mod tests {
         let contour = |n: usize| Contour {
             points: (0..n).map(|i| DVec2::new(i as f64 + 0.1, -0.0)).collect(),
             corners: (0..n).map(|i| i % 2 == 0).collect(),
+            ..Contour::default()
         };
-        let piece = Piece { name: "ä".into(), outline: contour(5), holes: vec![contour(3), contour(0)] };
-        let pattern = Pattern { pieces: vec![piece, Piece::default()], bounding_box_mm: [1.5, 2.5] };
+        let piece =
+            Piece { name: "ä".into(), outline: contour(5), holes: vec![contour(3), contour(0)], ..Piece::default() };
+        let pattern =
+            Pattern { pieces: vec![piece, Piece::default()], bounding_box_mm: [1.5, 2.5], ..Pattern::default() };
         let bytes = encode_pattern(&pattern);
         assert_eq!(decode_pattern(&bytes).unwrap(), pattern);
         assert!(decode_pattern(&bytes[..bytes.len() - 1]).is_err());

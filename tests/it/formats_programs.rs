@@ -30,12 +30,16 @@ const LETTER_AREA: f64 = 70.0 * 20.0 + 20.0 * 80.0 + 30.0 * 20.0;
 const HOLE: [[f64; 2]; 4] = [[5.0, 5.0], [5.0, 15.0], [15.0, 15.0], [15.0, 5.0]];
 
 fn contour(points: &[[f64; 2]]) -> Contour {
-    Contour { points: points.iter().map(|p| DVec2::from_array(*p)).collect(), corners: vec![true; points.len()] }
+    Contour {
+        points: points.iter().map(|p| DVec2::from_array(*p)).collect(),
+        corners: vec![true; points.len()],
+        ..Contour::default()
+    }
 }
 
 fn letter() -> Pattern {
-    let piece = Piece { name: "F".into(), outline: contour(&LETTER), holes: vec![contour(&HOLE)] };
-    Pattern { pieces: vec![piece], bounding_box_mm: [70.0, 100.0] }
+    let piece = Piece { name: "F".into(), outline: contour(&LETTER), holes: vec![contour(&HOLE)], ..Piece::default() };
+    Pattern { pieces: vec![piece], bounding_box_mm: [70.0, 100.0], ..Pattern::default() }
 }
 
 fn title() -> TitleBlock {

@@ -114,10 +114,11 @@ pub fn draw(input: &DrawInput<'_>, observer: &dyn Observer) -> Result<Drawn, Eng
             name: format!("piece {}", k + 1),
             outline: contour(outline, &transform, true),
             holes: holes.iter().map(|hole| contour(hole, &transform, false)).collect(),
+            ..Piece::default()
         })
         .collect();
     let bounding_box_mm = size(&pieces, input.holds);
-    let pattern = Pattern { pieces, bounding_box_mm };
+    let pattern = Pattern { pieces, bounding_box_mm, ..Pattern::default() };
     let placement = placement_report(input.placement, &transform);
     let boundary = drawn_loops.into_iter().map(|l| tracer.lengths(l)).collect::<Result<_, _>>()?;
     Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
@@ -249,7 +250,7 @@ pub(super) fn contour(flat: &FlatLoop, transform: &Transform, anticlockwise: boo
         points[1..].reverse();
         corners[1..].reverse();
     }
-    Contour { points, corners }
+    Contour { points, corners, ..Contour::default() }
 }
 
 /// Area of a closed polygon, positive when it is anticlockwise. Relative to its first point, so that place costs no digits.

@@ -69,10 +69,11 @@ pub fn draw_mesh(input: &MeshDrawInput<'_>, observer: &dyn Observer) -> Result<D
             name: format!("piece {}", k + 1),
             outline: contour(outline, &transform, true),
             holes: holes.iter().map(|hole| contour(hole, &transform, false)).collect(),
+            ..Piece::default()
         })
         .collect();
     let bounding_box_mm = size(&pieces, input.holds);
-    let pattern = Pattern { pieces, bounding_box_mm };
+    let pattern = Pattern { pieces, bounding_box_mm, ..Pattern::default() };
     let placement = placement_report(input.placement, &transform);
     Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
 }

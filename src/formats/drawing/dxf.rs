@@ -203,14 +203,18 @@ mod tests {
     use crate::engine::pattern::Piece;
 
     fn contour(points: &[[f64; 2]]) -> Contour {
-        Contour { points: points.iter().map(|p| DVec2::from_array(*p)).collect(), corners: vec![true; points.len()] }
+        Contour {
+            points: points.iter().map(|p| DVec2::from_array(*p)).collect(),
+            corners: vec![true; points.len()],
+            ..Contour::default()
+        }
     }
 
     fn pattern() -> Pattern {
         let outline = contour(&[[0.0, 0.0], [100.0, -0.0], [100.0, 50.0], [0.0, 50.0]]);
         let holes = vec![contour(&[[10.0, 10.0], [10.0, 20.0], [20.0, 20.0]])];
-        let piece = Piece { name: "part".into(), outline, holes };
-        Pattern { pieces: vec![piece], bounding_box_mm: [100.0, 50.0] }
+        let piece = Piece { name: "part".into(), outline, holes, ..Piece::default() };
+        Pattern { pieces: vec![piece], bounding_box_mm: [100.0, 50.0], ..Pattern::default() }
     }
 
     fn groups(bytes: &[u8]) -> Vec<(u16, String)> {

@@ -147,13 +147,21 @@ mod tests {
     }
 
     fn contour(points: &[[f64; 2]]) -> Contour {
-        Contour { points: points.iter().map(|p| DVec2::from_array(*p)).collect(), corners: vec![true; points.len()] }
+        Contour {
+            points: points.iter().map(|p| DVec2::from_array(*p)).collect(),
+            corners: vec![true; points.len()],
+            ..Contour::default()
+        }
     }
 
     fn plate() -> Pattern {
         let outline = contour(&[[0.0, 0.0], [100.0, 0.0], [100.0, 50.01], [0.0, 50.01]]);
         let holes = vec![contour(&[[10.0, 10.0], [10.0, 20.0], [20.0, 20.0]])];
-        Pattern { pieces: vec![Piece { name: "a".into(), outline, holes }], bounding_box_mm: [100.0, 50.01] }
+        Pattern {
+            pieces: vec![Piece { name: "a".into(), outline, holes, ..Piece::default() }],
+            bounding_box_mm: [100.0, 50.01],
+            ..Pattern::default()
+        }
     }
 
     #[test]

@@ -59,9 +59,10 @@ mod tests {
 
     #[test]
     fn the_document_has_the_documented_shape() {
-        let contour = |k: f64| Contour { points: vec![DVec2::new(0.1, -0.0), DVec2::new(k, 1.0)], corners: vec![] };
-        let piece = Piece { name: "a\"b".into(), outline: contour(1.0), holes: vec![contour(2.0)] };
-        let pattern = Pattern { pieces: vec![piece], bounding_box_mm: [1.0, 1.0] };
+        let contour =
+            |k: f64| Contour { points: vec![DVec2::new(0.1, -0.0), DVec2::new(k, 1.0)], ..Contour::default() };
+        let piece = Piece { name: "a\"b".into(), outline: contour(1.0), holes: vec![contour(2.0)], ..Piece::default() };
+        let pattern = Pattern { pieces: vec![piece], bounding_box_mm: [1.0, 1.0], ..Pattern::default() };
         let text = String::from_utf8(write(&pattern).unwrap()).unwrap();
         assert_eq!(
             text,
@@ -71,7 +72,7 @@ mod tests {
 
     #[test]
     fn nothing_that_is_not_finite_gets_out() {
-        let pattern = Pattern { pieces: vec![], bounding_box_mm: [f64::INFINITY, 1.0] };
+        let pattern = Pattern { pieces: vec![], bounding_box_mm: [f64::INFINITY, 1.0], ..Pattern::default() };
         assert!(matches!(write(&pattern), Err(WriteError::NotFinite { .. })));
     }
 }

@@ -138,9 +138,9 @@ mod tests {
 
     fn triangle() -> Pattern {
         let points = vec![DVec2::new(0.0, 0.0), DVec2::new(100.0, 0.0), DVec2::new(0.0, 40.0)];
-        let outline = Contour { points, corners: vec![true; 3] };
-        let piece = Piece { name: "part".into(), outline, holes: vec![] };
-        Pattern { pieces: vec![piece], bounding_box_mm: [100.0, 40.0] }
+        let outline = Contour { points, corners: vec![true; 3], ..Contour::default() };
+        let piece = Piece { name: "part".into(), outline, ..Piece::default() };
+        Pattern { pieces: vec![piece], bounding_box_mm: [100.0, 40.0], ..Pattern::default() }
     }
 
     #[test]

@@ -181,9 +181,9 @@ impl Runner for Sketch {
             NewResult::new("report", "application/json", report),
         ];
         if task.kind == "flatten" {
-            let outline = Contour { points: corners.to_vec(), corners: vec![true; 4] };
-            let piece = Piece { name: "plate".to_owned(), outline, holes: Vec::new() };
-            let pattern = Pattern { pieces: vec![piece], bounding_box_mm: [100.0, 60.0] };
+            let outline = Contour { points: corners.to_vec(), corners: vec![true; 4], ..Contour::default() };
+            let piece = Piece { name: "plate".to_owned(), outline, ..Piece::default() };
+            let pattern = Pattern { pieces: vec![piece], bounding_box_mm: [100.0, 60.0], ..Pattern::default() };
             results.push(NewResult::new("pattern", stored::PATTERN_MEDIA, stored::encode_pattern(&pattern)));
         }
         if task.kind == "optimum-seed-search" {
