@@ -13,6 +13,7 @@ mod locator;
 mod of_mesh;
 mod outline;
 mod part;
+mod piece;
 mod placement;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ pub use draw::{DEFAULT_CURVE_TOLERANCE, DrawInput, Drawn, draw};
 pub use locator::{Located, Locator};
 pub use of_mesh::{MeshDrawInput, draw_mesh};
 pub use part::triangles_of_part;
+pub use piece::{Compensation, GREATEST_COMPENSATION, Pair, finish};
 pub use placement::{Align, Hold, Motion, Placement, Transform, View, mirrored};
 
 pub use content::{Contour, Curves, Fit, Fits, Grain, Mark, MarkKind, Pattern, Piece, Seam, SeamSide, Segment, Sense};

@@ -1,0 +1,62 @@
+//! What is done to the pieces of a drawn pattern before they are reported and written: they are compensated for what the
+//! material will do ([`Compensation`]) and given their mirror images ([`Pair`]), in this order.
+//!
+//! All of it works in the plane of the pattern, in millimetres, and on everything that a piece carries: outline, holes,
+//! sew line, grain, marks, and the sides of seams. Nothing of it changes the flattening or what is measured of it.
+
+mod compensation;
+mod pair;
+
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+pub use compensation::{Compensation, GREATEST_COMPENSATION};
+
+use super::{Pattern, Piece};
+
+/// Pieces that are laid beside others keep this part of the widest one between.
+const GAP: f64 = 0.05;
+
+/// The second piece that each piece is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Pair {
+    /// Its mirror image.
+    Mirror,
+}
+
+/// Compensates the pieces, then pairs them, as far as either is asked for.
+pub fn finish(pattern: &mut Pattern, compensation: Option<Compensation>, pair: Option<Pair>) {
+    if let Some(compensation) = compensation {
+        compensation::apply(pattern, compensation);
+    }
+    if pair == Some(Pair::Mirror) {
+        pair::mirror(pattern);
+    }
+}
+
+/// The least and the greatest coordinates of an outline; infinite without points.
+fn bounds(piece: &Piece) -> [DVec2; 2] {
+    let points = || piece.outline.points.iter().copied();
+    [points().fold(DVec2::INFINITY, DVec2::min), points().fold(DVec2::NEG_INFINITY, DVec2::max)]
+}
+
+/// Width and height of all pieces together.
+fn extent(pieces: &[Piece]) -> [f64; 2] {
+    let [low, high] = pieces
+        .iter()
+        .map(bounds)
+        .fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[low, high], b| [low.min(b[0]), high.max(b[1])]);
+    if low.is_finite() && high.is_finite() { (high - low).to_array() } else { [0.0; 2] }
+}
+
+/// Every point of a piece, fits left aside.
+fn each_point(piece: &mut Piece, mut change: impl FnMut(&mut DVec2)) {
+    let contours = std::iter::once(&mut piece.outline).chain(&mut piece.holes).chain(&mut piece.sew);
+    contours.flat_map(|c| &mut c.points).for_each(&mut change);
+    piece.marks.iter_mut().flat_map(|m| &mut m.points).for_each(&mut change);
+    for grain in &mut piece.grain {
+        change(&mut grain.from);
+        change(&mut grain.to);
+    }
+}
