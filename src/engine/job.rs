@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::distortion::{Limits, Thresholds};
 use super::flattening::{FlatteningDomain, FlatteningOptions};
-use super::pattern::Placement;
+use super::pattern::{Compensation, Finishing, Pair, Placement};
 use super::triangulation::TriangulationOptions;
 
 /// The kind of work.
@@ -112,6 +112,12 @@ pub struct JobOptions {
     /// Chord tolerance of the pattern's curves, mm; absent: 1e-4 of the part's diagonal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub curve_tolerance_mm: Option<f64>,
+    /// By how much the pieces are made larger or smaller after flattening.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compensation: Option<Compensation>,
+    /// The second piece that each is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pair: Option<Pair>,
     /// Leave out pieces that cannot be flattened instead of failing.
     pub skip_bad_pieces: bool,
 }
@@ -125,6 +131,12 @@ impl JobOptions {
             (None, method) if method.is_of_base() => FlatteningDomain::Base,
             (None, _) => self.flattening.method().usual_domain(),
         }
+    }
+
+    /// What is done to the pieces of the pattern.
+    #[must_use]
+    pub const fn finishing(&self) -> Finishing {
+        Finishing { compensation: self.compensation, pair: self.pair }
     }
 
     /// The options of flattening with the defaults that do not depend on the surface.

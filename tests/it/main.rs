@@ -12,6 +12,7 @@ mod api_faults;
 mod api_feed;
 mod api_meshes;
 mod api_methods;
+mod api_pieces;
 mod api_results;
 mod architecture;
 mod contract;

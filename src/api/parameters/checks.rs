@@ -13,7 +13,7 @@ pub use crate::engine::triangulation::density::MAX_TRIANGLES;
 use crate::engine::triangulation::{Configuration, Density, Skew, TriangulationMethod, TriangulationOptions};
 use crate::formats::faults::Fault;
 
-use super::fault;
+use super::{fault, piece};
 
 /// Points of a grid along one direction.
 pub const GRID_POINTS: std::ops::RangeInclusive<u32> = 2..=MAX_GRID;
@@ -36,6 +36,7 @@ pub fn check(options: &JobOptions, domain: Option<Domain>) -> Vec<Fault> {
     search(options, &mut faults);
     placement(options, &mut faults);
     numbers(options, &mut faults);
+    piece::check(options, &mut faults);
     faults
 }
 

@@ -6,6 +6,7 @@
 mod checks;
 mod cost;
 mod labels;
+mod piece;
 mod reading;
 mod set;
 

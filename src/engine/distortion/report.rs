@@ -8,6 +8,7 @@ use crate::engine::curvature::CurvatureReport;
 use crate::engine::curvature::developability::DevelopabilityReport;
 use crate::engine::flattening::PinPlace;
 use crate::engine::flattening::energy_release::ReleaseReport;
+use crate::engine::pattern::Compensation;
 use crate::engine::triangulation::ampc::AmpcCounts;
 
 /// Everything that is said of a result.
@@ -365,4 +366,7 @@ pub struct PatternReport {
     pub holes: u64,
     /// Points of all outlines and holes.
     pub points: u64,
+    /// By how much the pieces were made larger or smaller; areas and lengths above are those after it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compensation: Option<Compensation>,
 }

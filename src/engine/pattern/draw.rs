@@ -6,6 +6,7 @@ use super::flat_map::FlatMap;
 use super::locator::Locator;
 use super::outline::{FlatLoop, Tracer};
 use super::part::area_centroids;
+use super::piece::{Finishing, finish};
 use super::placement::{Hold, Motion, Placement, Transform, View, mirrored};
 use super::{Contour, Pattern, Piece};
 use crate::engine::budget::Observer;
@@ -69,6 +70,14 @@ pub struct Drawn {
     pub report: PatternReport,
     /// Lengths of the loops that were drawn, in the order of the file.
     pub boundary: Vec<BoundaryReport>,
+}
+
+impl Drawn {
+    /// Does to the pieces what is asked, and reports on them anew. Where the flattening lies stays as it was.
+    pub fn finish(&mut self, asked: &Finishing) {
+        finish(&mut self.pattern, asked);
+        self.report = PatternReport { compensation: asked.compensation, ..report(&self.pattern) };
+    }
 }
 
 /// Draws the pattern of a flattening.
@@ -274,5 +283,6 @@ pub(super) fn report(pattern: &Pattern) -> PatternReport {
         pieces: pattern.pieces.len() as u64,
         holes: pattern.pieces.iter().map(|p| p.holes.len() as u64).sum(),
         points: contours().map(|c| c.points.len() as u64).sum(),
+        compensation: None,
     }
 }

@@ -284,7 +284,8 @@ fn flatten(
         holds: &laid.holds,
         curve_tolerance_mm: Some(meshed.curve_tolerance),
     };
-    let drawn = pattern::draw(&input, observer)?;
+    let mut drawn = pattern::draw(&input, observer)?;
+    drawn.finish(&options.finishing());
     drop(locator);
     let flat = drawn.transform.apply(&laid.flat);
     observer.check()?;

@@ -144,7 +144,7 @@ fn flatten(
     })?;
     observer.enter(Stage::Pattern);
     observer.check()?;
-    let drawn = pattern::draw_mesh(
+    let mut drawn = pattern::draw_mesh(
         &MeshDrawInput {
             mesh,
             topology,
@@ -156,6 +156,7 @@ fn flatten(
         },
         observer,
     )?;
+    drawn.finish(&options.finishing());
     let flat = drawn.transform.apply(&laid.flat);
     observer.check()?;
     let measures = distortion::measure(mesh, topology, &flat, None, options.thresholds);

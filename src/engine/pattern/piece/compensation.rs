@@ -103,8 +103,12 @@ fn length(points: &[DVec2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::pattern::piece::{Pair, finish};
+    use crate::engine::pattern::piece::{Finishing, finish};
     use crate::engine::pattern::{Contour, Mark, MarkKind, Seam, SeamSide, Sense};
+
+    fn compensated(compensation: Compensation) -> Finishing {
+        Finishing { compensation: Some(compensation), ..Finishing::default() }
+    }
 
     fn square(side: f64, x: f64) -> Piece {
         let points = [[0.0, 0.0], [side, 0.0], [side, side], [0.0, side]].map(|p| DVec2::from(p) + DVec2::X * x);
@@ -118,7 +122,7 @@ mod tests {
         let across = SeamSide { piece: 0, points: vec![DVec2::ZERO, DVec2::Y * 100.0], length_mm: 100.0 };
         let seam = Seam { sides: [side, across], length_3d_mm: 100.0, ..Seam::default() };
         let mut pattern = Pattern { pieces: vec![square(100.0, 0.0)], seams: vec![seam], ..Pattern::default() };
-        finish(&mut pattern, Some(Compensation { along_percent: 2.0, across_percent: -1.0 }), None);
+        finish(&mut pattern, &compensated(Compensation { along_percent: 2.0, across_percent: -1.0 }));
         assert_eq!(pattern.bounding_box_mm, [102.0, 99.0]);
         assert!((pattern.seams[0].sides[0].length_mm - 102.0).abs() < 1e-12);
         assert!((pattern.seams[0].sides[1].length_mm - 99.0).abs() < 1e-12);
@@ -130,7 +134,7 @@ mod tests {
         let mut piece = square(100.0, 0.0);
         piece.grain = Some(Grain { from: DVec2::new(50.0, 20.0), to: DVec2::new(50.0, 80.0), sense: Sense::OneWay });
         let mut pattern = Pattern { pieces: vec![piece], ..Pattern::default() };
-        finish(&mut pattern, Some(Compensation { along_percent: 2.0, across_percent: -1.0 }), None);
+        finish(&mut pattern, &compensated(Compensation { along_percent: 2.0, across_percent: -1.0 }));
         let [width, height] = pattern.bounding_box_mm;
         assert!((width - 99.0).abs() < 1e-12 && (height - 102.0).abs() < 1e-12, "{width} x {height}");
     }
@@ -140,7 +144,7 @@ mod tests {
         let mut piece = square(100.0, 0.0);
         piece.grain = Some(Grain { from: DVec2::ZERO, to: DVec2::new(2.0, 1.0), sense: Sense::Either });
         let mut pattern = Pattern { pieces: vec![piece], ..Pattern::default() };
-        finish(&mut pattern, Some(Compensation { along_percent: 2.0, across_percent: -1.0 }), None);
+        finish(&mut pattern, &compensated(Compensation { along_percent: 2.0, across_percent: -1.0 }));
         let p = &pattern.pieces[0].outline.points;
         let area = 0.5 * (p[2] - p[0]).perp_dot(p[3] - p[1]);
         assert!((area - 1e4 * 1.02 * 0.99).abs() < 1e-9, "{area}");
@@ -163,7 +167,7 @@ mod tests {
             fits: Fits::default(),
         });
         let mut pattern = Pattern { pieces: vec![piece], ..Pattern::default() };
-        finish(&mut pattern, Some(Compensation { along_percent: 20.0, across_percent: -10.0 }), None);
+        finish(&mut pattern, &compensated(Compensation { along_percent: 20.0, across_percent: -10.0 }));
         let piece = &pattern.pieces[0];
         let (mark, edge) = (&piece.marks[0], piece.outline.points[1] - piece.outline.points[0]);
         assert!((mark.points[0] - piece.outline.points[0]).perp_dot(edge).abs() < 1e-9);
@@ -174,7 +178,7 @@ mod tests {
     #[test]
     fn neighbours_keep_their_distance() {
         let mut pattern = Pattern { pieces: vec![square(100.0, 0.0), square(100.0, 105.0)], ..Pattern::default() };
-        finish(&mut pattern, Some(Compensation { along_percent: 30.0, across_percent: 0.0 }), None);
+        finish(&mut pattern, &compensated(Compensation { along_percent: 30.0, across_percent: 0.0 }));
         let [first, second] = [bounds(&pattern.pieces[0]), bounds(&pattern.pieces[1])];
         assert!((second[0].x - first[1].x - 5.0).abs() < 1e-9);
         assert!((second[1].x - second[0].x - 130.0).abs() < 1e-9);
@@ -184,7 +188,7 @@ mod tests {
     fn nothing_asked_for_changes_no_bit() {
         let before = Pattern { pieces: vec![square(0.1, 0.3)], ..Pattern::default() };
         let mut after = before.clone();
-        finish(&mut after, Some(Compensation::default()), None::<Pair>);
+        finish(&mut after, &compensated(Compensation::default()));
         assert_eq!(before, after);
     }
 }

@@ -25,12 +25,21 @@ pub enum Pair {
     Mirror,
 }
 
+/// What is done to the pieces of a pattern once it lies as it is to lie.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Finishing {
+    /// They are made larger or smaller.
+    pub compensation: Option<Compensation>,
+    /// Each is given a second one.
+    pub pair: Option<Pair>,
+}
+
 /// Compensates the pieces, then pairs them, as far as either is asked for.
-pub fn finish(pattern: &mut Pattern, compensation: Option<Compensation>, pair: Option<Pair>) {
-    if let Some(compensation) = compensation {
+pub(super) fn finish(pattern: &mut Pattern, asked: &Finishing) {
+    if let Some(compensation) = asked.compensation {
         compensation::apply(pattern, compensation);
     }
-    if pair == Some(Pair::Mirror) {
+    if asked.pair == Some(Pair::Mirror) {
         pair::mirror(pattern);
     }
 }
@@ -55,7 +64,7 @@ fn each_point(piece: &mut Piece, mut change: impl FnMut(&mut DVec2)) {
     let contours = std::iter::once(&mut piece.outline).chain(&mut piece.holes).chain(&mut piece.sew);
     contours.flat_map(|c| &mut c.points).for_each(&mut change);
     piece.marks.iter_mut().flat_map(|m| &mut m.points).for_each(&mut change);
-    for grain in &mut piece.grain {
+    if let Some(grain) = &mut piece.grain {
         change(&mut grain.from);
         change(&mut grain.to);
     }

@@ -138,7 +138,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::engine::pattern::piece::{Pair, finish};
+    use crate::engine::pattern::piece::{Finishing, Pair, finish};
     use crate::engine::pattern::{Fits, Grain, Mark, MarkKind, SeamSide, Sense};
 
     fn piece(points: Vec<DVec2>) -> Piece {
@@ -152,7 +152,7 @@ mod tests {
 
     fn paired(piece: Piece) -> Pattern {
         let mut pattern = Pattern { pieces: vec![piece], ..Pattern::default() };
-        finish(&mut pattern, None, Some(Pair::Mirror));
+        finish(&mut pattern, &Finishing { pair: Some(Pair::Mirror), ..Finishing::default() });
         pattern
     }
 
@@ -209,7 +209,7 @@ mod tests {
             |piece, x| SeamSide { piece, points: vec![DVec2::new(x, 0.0), DVec2::new(x, 10.0)], length_mm: 10.0 };
         let seam = Seam { name: "a".into(), sides: [side(0, 10.0), side(1, 15.0)], length_3d_mm: 10.0 };
         let mut pattern = Pattern { pieces: vec![square(0.0), square(15.0)], seams: vec![seam], ..Pattern::default() };
-        finish(&mut pattern, None, Some(Pair::Mirror));
+        finish(&mut pattern, &Finishing { pair: Some(Pair::Mirror), ..Finishing::default() });
         let pieces: Vec<_> = pattern.seams.iter().map(|s| s.sides.each_ref().map(|side| side.piece)).collect();
         assert_eq!(pieces, [[0, 2], [1, 3]]);
         let on = |seam: usize, s: usize| {

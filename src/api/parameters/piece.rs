@@ -1,0 +1,48 @@
+//! Whether what is asked of the pattern's pieces has a meaning.
+
+use crate::engine::job::JobOptions;
+use crate::engine::pattern::GREATEST_COMPENSATION;
+use crate::formats::faults::Fault;
+
+use super::fault;
+
+/// Every fault of the options about pieces.
+pub(super) fn check(options: &JobOptions, faults: &mut Vec<Fault>) {
+    compensation(options, faults);
+}
+
+fn compensation(options: &JobOptions, faults: &mut Vec<Fault>) {
+    let Some(asked) = options.compensation else { return };
+    for (name, percent) in [("along_percent", asked.along_percent), ("across_percent", asked.across_percent)] {
+        if !(-GREATEST_COMPENSATION..=GREATEST_COMPENSATION).contains(&percent) {
+            let detail =
+                format!("pieces are compensated by -{GREATEST_COMPENSATION} to {GREATEST_COMPENSATION} percent");
+            faults.push(fault(format!("/compensation/{name}"), detail));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    fn pointers(job: Value) -> Vec<String> {
+        let (request, faults) = super::super::read(job);
+        let checked = super::super::check(&request.options, None);
+        faults.into_iter().chain(checked).map(|f| f.pointer).collect()
+    }
+
+    #[test]
+    fn a_compensation_is_a_percentage_within_reason() {
+        let with = |along: f64| json!({ "compensation": { "along_percent": along, "across_percent": -30 } });
+        assert!(pointers(with(30.0)).is_empty());
+        assert_eq!(pointers(with(30.5)), ["/compensation/along_percent"]);
+        assert_eq!(pointers(json!({ "compensation": { "along": 1 } })), ["/compensation/along"]);
+    }
+
+    #[test]
+    fn a_pair_is_a_mirror_image_or_nothing() {
+        assert!(pointers(json!({ "pair": "mirror" })).is_empty());
+        assert_eq!(pointers(json!({ "pair": "turned" })), ["/pair"]);
+    }
+}
