@@ -83,7 +83,7 @@ pub fn encode(landscape: &SeedLandscape) -> Vec<u8> {
 /// # Errors
 /// [`StoredError`].
 pub fn decode(bytes: &[u8]) -> Result<SeedLandscape, StoredError> {
-    let mut read = Reader::open(bytes, MAGIC, "landscape of seeds", VERSION)?;
+    let (mut read, _) = Reader::open(bytes, MAGIC, "landscape of seeds", VERSION)?;
     let measure = match read.u32()? {
         0 => SearchMeasure::Area,
         1 => SearchMeasure::Shape,

@@ -6,28 +6,25 @@
 //! a reader refuses a version it does not know. Counts are checked against the bytes that are there before anything is
 //! allocated, and indices against the counts, so that a damaged row gives an error, not a panic.
 //!
-//! | mesh | pattern |
-//! |---|---|
-//! | `PLNM`, version, flags (1 uv, 2 normals, 4 flat, 8 strain, 16 part, 32 curvature, 64 movement), vertices u64, triangles u64 | `PLNP`, version, pieces u64, width f64, height f64 |
-//! | positions 3 x f64, uv 2 x f64, normals 3 x f64, flat 2 x f64, triangles 3 x u32, strain 2 x f64, part a byte each, curvature f64, movement f64 | per piece: name (u64 bytes, UTF-8), holes u64, then outline and holes: points u64, 2 x f64 each, a byte each for corners |
+//! A mesh: `PLNM`, version, flags (1 uv, 2 normals, 4 flat, 8 strain, 16 part, 32 curvature, 64 movement), vertices u64,
+//! triangles u64; positions 3 x f64, uv 2 x f64, normals 3 x f64, flat 2 x f64, triangles 3 x u32, strain 2 x f64, part a
+//! byte each, curvature f64, movement f64. The pattern's order is that of [`pattern`].
+
+mod pattern;
 
 use glam::{DVec2, DVec3};
 
+pub use pattern::{PATTERN_MEDIA, decode_pattern, encode_pattern};
+
 use super::model::MeshParts;
 use crate::engine::mesh::Mesh;
-use crate::engine::pattern::{Contour, Pattern, Piece};
 
 const MESH_MAGIC: [u8; 4] = *b"PLNM";
-const PATTERN_MAGIC: [u8; 4] = *b"PLNP";
 /// Media type under which an encoded mesh is stored.
 pub const MESH_MEDIA: &str = "application/vnd.planish.mesh";
-/// Media type under which an encoded pattern is stored.
-pub const PATTERN_MEDIA: &str = "application/vnd.planish.pattern";
 
 /// Version of meshes that are written; version 1 did not know which triangles belong to the part.
 const MESH_VERSION: u32 = 3;
-/// Version of patterns, the only one so far.
-const PATTERN_VERSION: u32 = 1;
 
 const HAS_UV: u32 = 1;
 const HAS_NORMALS: u32 = 2;
@@ -170,7 +167,7 @@ fn mesh_bytes(flags: u32, vertices: u128, triangles: u128) -> u128 {
 /// # Errors
 /// [`StoredError`].
 pub fn decode_mesh(bytes: &[u8]) -> Result<StoredMesh, StoredError> {
-    let mut read = Reader::open(bytes, MESH_MAGIC, "mesh", MESH_VERSION)?;
+    let (mut read, _) = Reader::open(bytes, MESH_MAGIC, "mesh", MESH_VERSION)?;
     let flags = read.u32()?;
     let (vertices, triangles) = (read.u64()?, read.u64()?);
     if read.rest.len() as u128 != mesh_bytes(flags, u128::from(vertices), u128::from(triangles)) {
@@ -206,54 +203,6 @@ pub fn decode_mesh(bytes: &[u8]) -> Result<StoredMesh, StoredError> {
     Ok(StoredMesh { mesh, normals, flat, strain_percent, part, gaussian, movement })
 }
 
-/// Encodes a pattern. Corners that do not fit their points are taken as false.
-#[must_use]
-pub fn encode_pattern(pattern: &Pattern) -> Vec<u8> {
-    let mut out = Vec::new();
-    let count = |out: &mut Vec<u8>, n: usize| out.extend_from_slice(&(n as u64).to_le_bytes());
-    out.extend_from_slice(&PATTERN_MAGIC);
-    out.extend_from_slice(&PATTERN_VERSION.to_le_bytes());
-    count(&mut out, pattern.pieces.len());
-    for x in pattern.bounding_box_mm {
-        out.extend_from_slice(&x.to_le_bytes());
-    }
-    for piece in &pattern.pieces {
-        count(&mut out, piece.name.len());
-        out.extend_from_slice(piece.name.as_bytes());
-        count(&mut out, piece.holes.len());
-        for contour in std::iter::once(&piece.outline).chain(&piece.holes) {
-            count(&mut out, contour.points.len());
-            for p in &contour.points {
-                out.extend_from_slice(&p.x.to_le_bytes());
-                out.extend_from_slice(&p.y.to_le_bytes());
-            }
-            out.extend((0..contour.points.len()).map(|i| u8::from(contour.corners.get(i) == Some(&true))));
-        }
-    }
-    out
-}
-
-/// Decodes a pattern.
-///
-/// # Errors
-/// [`StoredError`].
-pub fn decode_pattern(bytes: &[u8]) -> Result<Pattern, StoredError> {
-    let mut read = Reader::open(bytes, PATTERN_MAGIC, "pattern", PATTERN_VERSION)?;
-    // A piece takes at least the counts of its name, holes and outline.
-    let pieces = read.count(24)?;
-    let bounding_box_mm = [read.f64()?, read.f64()?];
-    let mut pattern = Pattern { bounding_box_mm, ..Pattern::default() };
-    for _ in 0..pieces {
-        let length = read.count(1)?;
-        let name = std::str::from_utf8(read.take(length)?).map_err(|_| damaged("a name is not UTF-8"))?.to_owned();
-        let holes = read.count(8)?;
-        let outline = read.contour()?;
-        let holes = (0..holes).map(|_| read.contour()).collect::<Result<_, _>>()?;
-        pattern.pieces.push(Piece { name, outline, holes, ..Piece::default() });
-    }
-    if read.rest.is_empty() { Ok(pattern) } else { Err(damaged("bytes are left over")) }
-}
-
 pub(super) const fn damaged(detail: &'static str) -> StoredError {
     StoredError::Damaged { detail }
 }
@@ -263,11 +212,21 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn open(bytes: &'a [u8], magic: [u8; 4], what: &'static str, newest: u32) -> Result<Self, StoredError> {
+    /// What stands behind the header, and its version.
+    pub(super) fn open(
+        bytes: &'a [u8],
+        magic: [u8; 4],
+        what: &'static str,
+        newest: u32,
+    ) -> Result<(Self, u32), StoredError> {
         let rest = bytes.strip_prefix(&magic).ok_or(StoredError::Magic { what })?;
         let mut read = Self { rest };
         let found = read.u32()?;
-        if (1..=newest).contains(&found) { Ok(read) } else { Err(StoredError::Version { what, found, newest }) }
+        if (1..=newest).contains(&found) {
+            Ok((read, found))
+        } else {
+            Err(StoredError::Version { what, found, newest })
+        }
     }
 
     fn take(&mut self, bytes: usize) -> Result<&'a [u8], StoredError> {
@@ -311,13 +270,6 @@ impl<'a> Reader<'a> {
         let values = self.take(bytes)?.as_chunks::<8>().0;
         Ok(values.chunks_exact(N).map(|p| std::array::from_fn(|k| f64::from_le_bytes(p[k]))))
     }
-
-    fn contour(&mut self) -> Result<Contour, StoredError> {
-        let count = self.count(17)?;
-        let points = self.points(count)?.map(DVec2::from_array).collect();
-        let corners = self.take(count)?.iter().map(|c| *c != 0).collect();
-        Ok(Contour { points, corners, ..Contour::default() })
-    }
 }
 
 #[cfg(test)]
@@ -325,6 +277,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::engine::pattern::Pattern;
 
     fn float() -> impl Strategy<Value = f64> {
         any::<u64>().prop_map(f64::from_bits)
@@ -375,31 +328,6 @@ mod tests {
             bytes.truncate(cut.index(bytes.len()));
             prop_assert!(decode_mesh(&bytes).is_err());
         }
-
-        #[test]
-        fn arbitrary_bytes_are_no_pattern(mut bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let _ = decode_pattern(&bytes);
-            bytes.splice(0..0, [b'P', b'L', b'N', b'P', 1, 0, 0, 0]);
-            let _ = decode_pattern(&bytes);
-            bytes[3] = b'M';
-            let _ = decode_mesh(&bytes);
-        }
-    }
-
-    #[test]
-    fn a_pattern_comes_back_as_it_was() {
-        let contour = |n: usize| Contour {
-            points: (0..n).map(|i| DVec2::new(i as f64 + 0.1, -0.0)).collect(),
-            corners: (0..n).map(|i| i % 2 == 0).collect(),
-            ..Contour::default()
-        };
-        let piece =
-            Piece { name: "ä".into(), outline: contour(5), holes: vec![contour(3), contour(0)], ..Piece::default() };
-        let pattern =
-            Pattern { pieces: vec![piece, Piece::default()], bounding_box_mm: [1.5, 2.5], ..Pattern::default() };
-        let bytes = encode_pattern(&pattern);
-        assert_eq!(decode_pattern(&bytes).unwrap(), pattern);
-        assert!(decode_pattern(&bytes[..bytes.len() - 1]).is_err());
     }
 
     #[test]
@@ -413,10 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn another_version_is_refused_by_its_number() {
-        let mut bytes = encode_pattern(&Pattern::default());
-        bytes[4] = 9;
-        assert_eq!(decode_pattern(&bytes), Err(StoredError::Version { what: "pattern", found: 9, newest: 1 }));
-        assert_eq!(decode_mesh(&bytes), Err(StoredError::Magic { what: "mesh" }));
+    fn arbitrary_bytes_are_no_mesh() {
+        assert_eq!(decode_mesh(&encode_pattern(&Pattern::default())), Err(StoredError::Magic { what: "mesh" }));
     }
 }
