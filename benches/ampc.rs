@@ -164,6 +164,6 @@ fn real(name: &str) -> Option<Surface> {
     let geometry = surface::geometry(&std::fs::read(path).ok()?, Reading::default()).unwrap();
     match geometry.input() {
         Input::Trimmed(part) => Some(part.surface.clone()),
-        Input::Mesh(_) => None,
+        Input::Mesh(_) | Input::Part(_) => None,
     }
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::distortion::{Limits, Thresholds};
 use super::flattening::{FlatteningDomain, FlatteningOptions};
 use super::pattern::{Compensation, Finishing, Pair, Placement};
+use super::sewing::SewingOptions;
 use super::triangulation::TriangulationOptions;
 
 /// The kind of work.
@@ -118,6 +119,9 @@ pub struct JobOptions {
     /// The second piece that each is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pair: Option<Pair>,
+    /// How the faces of a part are sewn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sewing: Option<SewingOptions>,
     /// Leave out pieces that cannot be flattened instead of failing.
     pub skip_bad_pieces: bool,
 }

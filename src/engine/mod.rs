@@ -26,5 +26,6 @@ pub mod nurbs;
 pub mod pattern;
 pub mod pipeline;
 pub mod seed;
+pub mod sewing;
 pub mod triangulation;
 pub mod trimming;

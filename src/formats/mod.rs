@@ -23,6 +23,7 @@ pub mod gltf_mesh;
 pub mod mesh_summary;
 mod model;
 mod numbers;
+pub mod part_summary;
 pub mod report_json;
 pub mod seeds;
 pub mod sniff;

@@ -21,6 +21,8 @@ pub enum SurfaceKind {
     TrimmedSurface,
     /// A triangle mesh.
     Mesh,
+    /// A part of several trimmed faces.
+    Part,
 }
 
 /// What an edge of the domain is in space.

@@ -7,10 +7,11 @@ use serde_json::Value;
 
 use super::faults::Fault;
 use super::sniff::{Sniffed, sniff};
-use super::surface_json::is_gltf;
+use super::surface_json::{ReadContent, is_gltf};
 use super::units::Units;
-use super::{gltf_mesh, mesh_summary, summary, surface_json};
+use super::{gltf_mesh, mesh_summary, part_summary, summary, surface_json};
 use crate::engine::pipeline::{Input, SurfaceMesh};
+use crate::engine::sewing::Part;
 use crate::engine::trimming::{Side, TrimmedSurface};
 
 /// Whether the vertices of a mesh that lie at the same place are one.
@@ -41,7 +42,7 @@ pub struct Reading {
 /// What a file is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Media {
-    /// A trimmed surface.
+    /// A trimmed surface, or a part of several.
     SurfaceJson,
     /// glTF binary.
     GltfBinary,
@@ -89,6 +90,8 @@ pub enum Geometry {
     Trimmed(Box<TrimmedSurface>),
     /// A mesh.
     Mesh(SurfaceMesh),
+    /// A part of several faces.
+    Part(Part),
 }
 
 impl Geometry {
@@ -98,6 +101,7 @@ impl Geometry {
         match self {
             Self::Trimmed(surface) => Input::Trimmed(surface),
             Self::Mesh(mesh) => Input::Mesh(mesh),
+            Self::Part(part) => Input::Part(part),
         }
     }
 }
@@ -126,15 +130,23 @@ pub struct ReadSurface {
 pub fn read(bytes: &[u8], reading: Reading, prefix: &str) -> Result<ReadSurface, Vec<Fault>> {
     let media = Media::of(bytes);
     if media == Media::SurfaceJson {
-        let surface = surface_json::read(bytes, &surface_options(reading, prefix))?;
-        let summary = serde_json::to_value(summary::summarise(&surface)).unwrap_or(Value::Null);
-        return Ok(ReadSurface {
-            media,
-            name: surface.name,
-            units: surface.units,
-            labels: surface.labels,
-            geometry: Geometry::Trimmed(Box::new(surface.trimmed)),
-            summary,
+        return Ok(match surface_json::read_content(bytes, &surface_options(reading, prefix))? {
+            ReadContent::Surface(surface) => ReadSurface {
+                media,
+                summary: serde_json::to_value(summary::summarise(&surface)).unwrap_or(Value::Null),
+                name: surface.name,
+                units: surface.units,
+                labels: surface.labels,
+                geometry: Geometry::Trimmed(Box::new(surface.trimmed)),
+            },
+            ReadContent::Part(part) => ReadSurface {
+                media,
+                summary: serde_json::to_value(part_summary::summarise(&part)).unwrap_or(Value::Null),
+                name: part.name,
+                units: part.units,
+                labels: part.labels,
+                geometry: Geometry::Part(part.part),
+            },
         });
     }
     let mesh = gltf_mesh::read(bytes, &mesh_options(reading, prefix))?;
@@ -156,8 +168,10 @@ pub fn read(bytes: &[u8], reading: Reading, prefix: &str) -> Result<ReadSurface,
 /// Every fault that was found.
 pub fn geometry(bytes: &[u8], reading: Reading) -> Result<Geometry, Vec<Fault>> {
     if Media::of(bytes) == Media::SurfaceJson {
-        let surface = surface_json::read(bytes, &surface_options(reading, ""))?;
-        return Ok(Geometry::Trimmed(Box::new(surface.trimmed)));
+        return Ok(match surface_json::read_content(bytes, &surface_options(reading, ""))? {
+            ReadContent::Surface(surface) => Geometry::Trimmed(Box::new(surface.trimmed)),
+            ReadContent::Part(part) => Geometry::Part(part.part),
+        });
     }
     let mesh = gltf_mesh::read(bytes, &mesh_options(reading, ""))?;
     Ok(Geometry::Mesh(SurfaceMesh { mesh: mesh.assembled.mesh, side: reading.side.unwrap_or_default() }))

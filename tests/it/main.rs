@@ -8,6 +8,7 @@ mod support;
 
 mod api_calls;
 mod api_events;
+mod api_faces;
 mod api_faults;
 mod api_feed;
 mod api_meshes;

@@ -10,3 +10,4 @@ mod configurations;
 mod energy_release;
 mod outlines;
 mod predicted_seed;
+mod sewn_faces;

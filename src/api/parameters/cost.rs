@@ -43,6 +43,8 @@ pub struct PartSize {
     pub triangles: Option<u64>,
     /// Triangles that the default tolerance makes of a surface.
     pub default_triangles: Option<u64>,
+    /// Faces of a part of several: a grid is laid on each.
+    pub faces: Option<u64>,
 }
 
 impl PartSize {
@@ -56,6 +58,7 @@ impl PartSize {
             area: number("area_mm2"),
             triangles: count("triangles"),
             default_triangles: count("default_triangles"),
+            faces: count("faces"),
         }
     }
 
@@ -85,7 +88,7 @@ pub fn cost(kind: JobKind, options: &JobOptions, size: PartSize) -> u64 {
     };
     let triangles = match (size.triangles, options.triangulation.grid, options.triangulation.tolerance) {
         (Some(triangles), ..) => triangles,
-        (None, Some(grid), _) => grid_triangles(grid),
+        (None, Some(grid), _) => (grid_triangles(grid).saturating_mul(size.faces.unwrap_or(1))).min(MAX_TRIANGLES),
         (None, None, Some(density)) => by_tolerance(density, size),
         (None, None, None) => {
             let foretold = size.default_triangles.unwrap_or(MAX_TRIANGLES);

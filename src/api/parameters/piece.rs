@@ -9,6 +9,7 @@ use super::fault;
 /// Every fault of the options about pieces.
 pub(super) fn check(options: &JobOptions, faults: &mut Vec<Fault>) {
     compensation(options, faults);
+    sewing(options, faults);
 }
 
 fn compensation(options: &JobOptions, faults: &mut Vec<Fault>) {
@@ -19,6 +20,14 @@ fn compensation(options: &JobOptions, faults: &mut Vec<Fault>) {
                 format!("pieces are compensated by -{GREATEST_COMPENSATION} to {GREATEST_COMPENSATION} percent");
             faults.push(fault(format!("/compensation/{name}"), detail));
         }
+    }
+}
+
+fn sewing(options: &JobOptions, faults: &mut Vec<Fault>) {
+    if let Some(tolerance) = options.sewing.and_then(|asked| asked.tolerance_mm)
+        && !(tolerance > 0.0 && tolerance.is_finite())
+    {
+        faults.push(fault("/sewing/tolerance_mm", "a tolerance is greater than 0"));
     }
 }
 
@@ -38,6 +47,13 @@ mod tests {
         assert!(pointers(with(30.0)).is_empty());
         assert_eq!(pointers(with(30.5)), ["/compensation/along_percent"]);
         assert_eq!(pointers(json!({ "compensation": { "along": 1 } })), ["/compensation/along"]);
+    }
+
+    #[test]
+    fn faces_are_sewn_within_a_length() {
+        assert!(pointers(json!({ "sewing": { "join": "none", "tolerance_mm": 0.01 } })).is_empty());
+        assert_eq!(pointers(json!({ "sewing": { "tolerance_mm": 0 } })), ["/sewing/tolerance_mm"]);
+        assert_eq!(pointers(json!({ "sewing": { "join": "some" } })), ["/sewing/join"]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::engine::curvature::developability::DevelopabilityReport;
 use crate::engine::flattening::PinPlace;
 use crate::engine::flattening::energy_release::ReleaseReport;
 use crate::engine::pattern::Compensation;
+use crate::engine::sewing::SewingReport;
 use crate::engine::triangulation::ampc::AmpcCounts;
 
 /// Everything that is said of a result.
@@ -34,6 +35,9 @@ pub struct Report {
     /// The pattern.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern: Option<PatternReport>,
+    /// How the faces of a part were sewn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sewing: Option<SewingReport>,
     /// What a person should know.
     pub warnings: Vec<String>,
 }

@@ -54,6 +54,8 @@ pub struct PieceFacts {
 pub struct Assembled {
     /// The mesh.
     pub mesh: Mesh,
+    /// For each of its vertices the one of those given that it is.
+    pub origin_of: Vec<u32>,
     /// Its topology, cut along edges at fault.
     pub topology: Topology,
     /// The edges at fault.
@@ -80,10 +82,10 @@ pub fn assemble(positions: &[DVec3], triangles: &[[u32; 3]], weld: bool) -> Resu
     let mut kept = sound_triangles(positions, triangles, &one, &mut changes);
     let edges = Edges::new(&kept);
     orient(&mut kept, &edges, &mut changes);
-    let mesh = split_fans(positions, &kept, &edges, &mut changes);
+    let (mesh, origin_of) = split_fans(positions, &kept, &edges, &mut changes);
     let (topology, faults) = Topology::cut(&mesh.triangles, mesh.positions.len())?;
     let pieces = facts(&mesh, &topology);
-    Ok(Assembled { mesh, topology, faults, changes, pieces })
+    Ok(Assembled { mesh, origin_of, topology, faults, changes, pieces })
 }
 
 /// For each vertex the least one at the same place.
@@ -224,8 +226,8 @@ fn orient(triangles: &mut [[u32; 3]], edges: &Edges, changes: &mut Changes) {
     }
 }
 
-/// The mesh with a vertex for each fan.
-fn split_fans(positions: &[DVec3], triangles: &[[u32; 3]], edges: &Edges, changes: &mut Changes) -> Mesh {
+/// The mesh with a vertex for each fan, and where each comes from.
+fn split_fans(positions: &[DVec3], triangles: &[[u32; 3]], edges: &Edges, changes: &mut Changes) -> (Mesh, Vec<u32>) {
     let corners = triangles.as_flattened();
     // Corners of one fan, joined over the edges that they share. Groups name half-edges as they were before triangles
     // were turned over, which does not change which triangles share an edge.
@@ -258,7 +260,7 @@ fn split_fans(positions: &[DVec3], triangles: &[[u32; 3]], edges: &Edges, change
     let corner = |c: u32| number[roots[c as usize] as usize];
     mesh.triangles =
         (0..triangles.len() as u32).map(|t| [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)]).collect();
-    mesh
+    (mesh, fans.into_iter().map(|(vertex, _)| vertex).collect())
 }
 
 /// The two vertices that all triangles of a group share: those of the first one's that the second has too; of a group of

@@ -55,11 +55,31 @@ pub(super) struct Meshed<'a> {
     pub of_part: bool,
 }
 
+/// What a face of a part of several is meshed by, besides the options.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Share {
+    /// Greatest chord tolerance of the loops, mm.
+    pub border_mm: f64,
+    /// The range of triangles that the density is brought into, if it is.
+    pub clamp: Option<(u64, u64)>,
+}
+
 impl<'a> Meshed<'a> {
     pub(super) fn new(
         kind: JobKind,
         centred: &'a Centred,
         options: &JobOptions,
+        observer: &dyn Observer,
+    ) -> Result<Self, EngineError> {
+        Self::within(kind, centred, options, None, observer)
+    }
+
+    /// The same for a face of several.
+    pub(super) fn within(
+        kind: JobKind,
+        centred: &'a Centred,
+        options: &JobOptions,
+        share: Option<Share>,
         observer: &dyn Observer,
     ) -> Result<Self, EngineError> {
         let surface = &centred.part.surface;
@@ -84,7 +104,9 @@ impl<'a> Meshed<'a> {
         }
         let clamp =
             (default_density && kind != JobKind::Triangulate).then(|| default_triangles(options.flattening.method()));
-        let region = trims.polygonise(surface, boundary_tolerance(&filled, surface, &coarse, diagonal))?;
+        let clamp = share.map_or(clamp, |share| share.clamp);
+        let border = boundary_tolerance(&filled, surface, &coarse, diagonal);
+        let region = trims.polygonise(surface, share.map_or(border, |share| border.min(share.border_mm)))?;
         observer.check()?;
         let lines = match (filled.triangulation.grid, filled.triangulation.tolerance) {
             (Some([m, n]), _) => uniform(surface, m, n)?,

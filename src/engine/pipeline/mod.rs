@@ -1,5 +1,5 @@
 //! The whole way from a surface to its pattern: the one function that a worker and the command line call. A trimmed
-//! surface is meshed first; a mesh is worked on as it is.
+//! surface is meshed first; a mesh is worked on as it is; the faces of a part are meshed one by one and sewn to a mesh.
 //!
 //! The surface is moved so that its net's centre is the origin before anything is computed (coordinates far from the
 //! origin would cost digits) and everything that comes out is moved back. Stages are announced to the observer as they
@@ -10,9 +10,11 @@ mod constraints;
 mod findings;
 mod flattened;
 mod meshed;
+mod of_faces;
 mod of_mesh;
 mod piecewise;
 mod reports;
+mod seams;
 mod survey;
 mod unrolled;
 
@@ -27,6 +29,7 @@ use super::job::{JobKind, JobOptions, SearchStrategy};
 use super::mesh::Mesh;
 use super::pattern::{self, DrawInput, Locator, Pattern};
 use super::seed::SeedLandscape;
+use super::sewing::Part;
 use super::triangulation::TriangulationMethod;
 use super::trimming::{Side, TrimmedSurface};
 use centred::Centred;
@@ -57,11 +60,19 @@ pub enum Input<'a> {
     Trimmed(&'a TrimmedSurface),
     /// A mesh.
     Mesh(&'a SurfaceMesh),
+    /// A part of several faces.
+    Part(&'a Part),
 }
 
 impl<'a> From<&'a TrimmedSurface> for Input<'a> {
     fn from(surface: &'a TrimmedSurface) -> Self {
         Self::Trimmed(surface)
+    }
+}
+
+impl<'a> From<&'a Part> for Input<'a> {
+    fn from(part: &'a Part) -> Self {
+        Self::Part(part)
     }
 }
 
@@ -139,6 +150,7 @@ pub fn run<'a>(
     match surface.into() {
         Input::Trimmed(surface) => of_surface(kind, surface, options, observer),
         Input::Mesh(surface) => of_mesh::run(kind, surface, options, observer),
+        Input::Part(part) => of_faces::run(kind, part, options, observer),
     }
 }
 
@@ -351,6 +363,7 @@ fn flatten(
                 hot_spots,
             }),
             pattern: Some(drawn.report),
+            sewing: None,
             warnings,
         },
         pattern: Some(drawn.pattern),

@@ -11,6 +11,8 @@ use super::centred::{Home, centred_mesh};
 use super::constraints::Constraints;
 use super::findings::Lying;
 use super::flattened::{self, Laid, Sheet};
+use super::of_faces::OfFaces;
+use super::seams::{Seamed, seams};
 use super::{Failure, Outcome, SurfaceMesh, reports};
 use crate::engine::budget::{Observer, Stage};
 use crate::engine::curvature::CurvatureReport;
@@ -31,6 +33,8 @@ struct Ready<'a> {
     /// Edges of more than two triangles, and edges across which triangles cannot agree.
     faults: Vec<MeshFault>,
     warnings: Vec<String>,
+    /// The faces that it was sewn of, where it was.
+    faces: Option<&'a OfFaces>,
 }
 
 /// Does the work of a job on a mesh.
@@ -40,8 +44,19 @@ pub(super) fn run(
     options: &JobOptions,
     observer: &dyn Observer,
 ) -> Result<Outcome, Failure> {
+    run_sewn(kind, surface, options, None, observer)
+}
+
+/// The same on the mesh that faces were sewn to.
+pub(super) fn run_sewn(
+    kind: JobKind,
+    surface: &SurfaceMesh,
+    options: &JobOptions,
+    faces: Option<&OfFaces>,
+    observer: &dyn Observer,
+) -> Result<Outcome, Failure> {
     let (mesh, home) = centred_mesh(&surface.mesh);
-    let ready = ready(&mesh, options)?;
+    let ready = ready(&mesh, options, faces)?;
     observer.check()?;
     match kind {
         JobKind::Triangulate => {
@@ -59,16 +74,18 @@ pub(super) fn run(
     }
 }
 
-fn ready<'a>(mesh: &'a Mesh, options: &JobOptions) -> Result<Ready<'a>, EngineError> {
+fn ready<'a>(mesh: &'a Mesh, options: &JobOptions, faces: Option<&'a OfFaces>) -> Result<Ready<'a>, EngineError> {
     if mesh.triangles.is_empty() {
         return Err(TriangulationError::NoArea.into());
     }
     let (topology, faults) = Topology::cut(&mesh.triangles, mesh.positions.len()).map_err(FlatteningError::from)?;
     let mut warnings = Vec::new();
-    if options.triangulation != TriangulationOptions::default() {
+    if let Some(faces) = faces {
+        warnings.extend(faces.sewn.report.warnings());
+    } else if options.triangulation != TriangulationOptions::default() {
         warnings.push("the settings under `triangulation` have no effect: the surface is a mesh already".to_owned());
     }
-    Ok(Ready { mesh, topology, faults, warnings })
+    Ok(Ready { mesh, topology, faults, warnings, faces })
 }
 
 /// The seed as a triangle of the mesh, where the options name one.
@@ -93,13 +110,24 @@ fn named_seed(ready: &Ready, options: &JobOptions, offset: DVec3) -> Result<Opti
 /// The outcome of a job that ends with the mesh.
 fn meshed(kind: JobKind, ready: &Ready, options: &JobOptions) -> Outcome {
     let mut triangulation = reports::of_mesh(ready.mesh, &ready.topology);
+    if let Some(faces) = ready.faces {
+        triangulation.surface_area_mm2 = faces.surface_area_mm2;
+        triangulation.part_area_mm2 = Some(faces.surface_area_mm2);
+        triangulation.chord_error_mm = faces.chord_error_mm;
+        triangulation.cells = faces.cells;
+    }
     if reports::tells_curvature(kind, options.flattening.method()) {
         triangulation.curvature = Some(CurvatureReport::of(ready.mesh, &ready.topology, None));
     }
     Outcome {
         mesh: ready.mesh.clone(),
         normals: normals(ready.mesh),
-        report: Report { triangulation, warnings: ready.warnings.clone(), ..Report::default() },
+        report: Report {
+            warnings: ready.warnings.iter().cloned().chain(reports::area_warning(&triangulation)).collect(),
+            triangulation,
+            sewing: ready.faces.map(|faces| faces.sewn.report.clone()),
+            ..Report::default()
+        },
         options: options.clone(),
         ..Outcome::default()
     }
@@ -156,6 +184,16 @@ fn flatten(
         },
         observer,
     )?;
+    if let Some(faces) = ready.faces {
+        let on = Seamed {
+            mesh,
+            topology,
+            flat: &laid.flat,
+            transform: &drawn.transform,
+            origin_of: &faces.sewn.assembled.origin_of,
+        };
+        drawn.pattern.seams = seams(&faces.sewn.runs, &on);
+    }
     drawn.finish(&options.finishing());
     let flat = drawn.transform.apply(&laid.flat);
     observer.check()?;
@@ -189,6 +227,9 @@ fn flatten(
         thresholds: options.thresholds,
         hot_spots,
     });
+    if let Some(told) = &mut outcome.report.sewing {
+        told.tell_seams(&drawn.pattern.seams);
+    }
     outcome.report.pattern = Some(drawn.report);
     outcome.pattern = Some(drawn.pattern);
     outcome.flat = Some(flat);

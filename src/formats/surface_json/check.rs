@@ -24,47 +24,63 @@ pub(super) struct Sound {
     pub(super) name: Option<String>,
     pub(super) units: Units,
     pub(super) labels: BTreeMap<String, String>,
-    pub(super) trimmed: TrimmedSurface,
+    /// The surface, or the faces of a part.
+    pub(super) content: Content,
     pub(super) inferred: Vec<String>,
 }
 
-/// Checks a draft and makes a surface of it. `None` when something is wrong: then `faults` says what.
-pub(super) fn check(draft: SurfaceDraft, options: &ReadOptions, faults: &mut FaultList) -> Option<Sound> {
+/// What a file holds.
+#[derive(Debug)]
+pub(super) enum Content {
+    Surface(TrimmedSurface),
+    Faces(Vec<TrimmedSurface>),
+}
+
+/// Checks a draft and makes a surface of it, or the faces of a part. `None` when something is wrong: then `faults` says what.
+pub(super) fn check(mut draft: SurfaceDraft, options: &ReadOptions, faults: &mut FaultList) -> Option<Sound> {
     if !draft.is_object {
         return None;
     }
     let mut checker = Checker { prefix: &options.pointer_prefix, faults, inferred: Vec::new() };
     let units = checker.units(&draft.units, options.units);
-    let side = match (options.side, draft.side.given()) {
-        (Some(asked), Some(filed)) if asked != filed => {
-            checker.inferred.push("side: as the request says, not as the file does".to_owned());
-            asked
+    let mut inferred = std::mem::take(&mut checker.inferred);
+    let millimetres = units.map_or(1.0, Units::millimetres);
+    let (name, labels) = (draft.name.take(), std::mem::take(&mut draft.labels));
+    let content = match std::mem::take(&mut draft.faces) {
+        Field::Missing => checker.trimmed(draft, options.side, millimetres).map(Content::Surface),
+        Field::Bad => None,
+        Field::Given(faces) => {
+            checker.of_part(&draft, &faces, options.limits.control_points);
+            let side = options.side;
+            let usual = draft.side.given();
+            let mut sound = Vec::with_capacity(faces.len());
+            for (k, mut face) in faces.into_iter().enumerate() {
+                let prefix = format!("{}/faces/{k}", options.pointer_prefix);
+                let mut checker = Checker { prefix: &prefix, faults, inferred: Vec::new() };
+                if face.side.is_missing()
+                    && let Some(usual) = usual
+                {
+                    face.side = Field::Given(usual);
+                }
+                if face.is_object {
+                    sound.extend(checker.trimmed(face, side, millimetres));
+                }
+                inferred.extend(checker.inferred.into_iter().map(|said| format!("faces/{k}: {said}")));
+            }
+            return faults.is_empty().then_some(()).and(Some(Sound {
+                name,
+                units: units?,
+                labels,
+                content: Content::Faces(sound),
+                inferred,
+            }));
         }
-        (Some(asked), _) => asked,
-        (None, filed) => filed.unwrap_or_default(),
     };
-    let surface = checker.surface(
-        [draft.degree_u, draft.degree_v],
-        [draft.knots_u, draft.knots_v],
-        draft.control,
-        draft.weights,
-        units.map_or(1.0, Units::millimetres),
-    );
-    let loops = draft
-        .trims
-        .into_iter()
-        .enumerate()
-        .map(|(l, curves)| {
-            let curves = curves.into_iter().enumerate();
-            TrimLoop { curves: curves.filter_map(|(c, curve)| checker.curve(l, c, curve)).collect() }
-        })
-        .collect();
-    let inferred = checker.inferred;
+    inferred.extend(checker.inferred);
     if !faults.is_empty() {
         return None;
     }
-    let trimmed = TrimmedSurface { surface: surface?, loops, side };
-    Some(Sound { name: draft.name, units: units?, labels: draft.labels, trimmed, inferred })
+    Some(Sound { name, units: units?, labels, content: content?, inferred })
 }
 
 struct Checker<'a> {
@@ -95,6 +111,53 @@ impl Checker<'_> {
             _ => {}
         }
         asked.or_else(|| filed.as_ref().copied())
+    }
+
+    /// A surface by itself, or a face. Side: as the request says, else as the file does.
+    fn trimmed(&mut self, draft: SurfaceDraft, side: Option<Side>, millimetres: f64) -> Option<TrimmedSurface> {
+        let side = match (side, draft.side.given()) {
+            (Some(asked), Some(filed)) if asked != filed => {
+                self.inferred.push("side: as the request says, not as the file does".to_owned());
+                asked
+            }
+            (Some(asked), _) => asked,
+            (None, filed) => filed.unwrap_or_default(),
+        };
+        let surface = self.surface(
+            [draft.degree_u, draft.degree_v],
+            [draft.knots_u, draft.knots_v],
+            draft.control,
+            draft.weights,
+            millimetres,
+        );
+        let loops = draft
+            .trims
+            .into_iter()
+            .enumerate()
+            .map(|(l, curves)| {
+                let curves = curves.into_iter().enumerate();
+                TrimLoop { curves: curves.filter_map(|(c, curve)| self.curve(l, c, curve)).collect() }
+            })
+            .collect();
+        Some(TrimmedSurface { surface: surface?, loops, side })
+    }
+
+    /// What a part of several faces may and must have.
+    fn of_part(&mut self, draft: &SurfaceDraft, faces: &[SurfaceDraft], limit: usize) {
+        for &name in &draft.own {
+            self.fault(
+                &[Step::Field(name)],
+                "this belongs to a face: where there is a list of faces it stands in each",
+            );
+        }
+        if faces.is_empty() {
+            self.fault(&[Step::Field("faces")], "the list is empty: a part has at least one face");
+        }
+        let points: usize = faces.iter().filter_map(|face| face.control.as_ref()).map(|net| net.values.len()).sum();
+        if points > limit {
+            let detail = format!("more than {limit} control points in all faces: this is more than can be worked on");
+            self.fault(&[Step::Field("faces")], detail);
+        }
     }
 
     /// Notes that a required field is not there.

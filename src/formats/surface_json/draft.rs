@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3};
 use super::limits::{MAX_LABEL_NAME, MAX_LABELS, MAX_TEXT, ReadLimits};
 use super::text::{JsonText, Kind, SyntaxError};
 use crate::engine::nurbs::MAX_DEGREE;
+use crate::engine::sewing::MAX_FACES;
 use crate::engine::trimming::Side;
 use crate::formats::faults::{FaultList, Step, pointer};
 use crate::formats::units::Units;
@@ -83,6 +84,10 @@ pub(super) struct SurfaceDraft {
     pub(super) control: Field<Rows<DVec3>>,
     pub(super) weights: Field<Rows<f64>>,
     pub(super) trims: Vec<Vec<CurveDraft>>,
+    /// The faces of a part of several.
+    pub(super) faces: Field<Vec<SurfaceDraft>>,
+    /// Names of fields that belong to a surface by itself and were given.
+    pub(super) own: Vec<&'static str>,
     pub(super) labels: BTreeMap<String, String>,
 }
 
@@ -101,6 +106,8 @@ const SURFACE_FIELDS: [&str; 13] = [
     "extra",
     "faces",
 ];
+/// Fields that a part of several faces does not have: its faces do.
+const OWN_FIELDS: [&str; 7] = ["degree_u", "degree_v", "knots_u", "knots_v", "control_points", "weights", "trims"];
 const CURVE_FIELDS: [&str; 7] = ["degree", "knots", "control_points", "weights", "points", "reversed", "extra"];
 
 /// Reads a whole file. `Err` when the text is not JSON: what was found before is in `faults` all the same.
@@ -112,7 +119,7 @@ pub(super) fn read(
 ) -> Result<SurfaceDraft, (SyntaxError, String)> {
     let mut reader =
         DraftReader { text: JsonText::new(text), steps: Vec::new(), prefix, limits, faults, curves: 0, trim_points: 0 };
-    let draft = reader.surface().and_then(|draft| reader.text.end().map(|()| draft));
+    let draft = reader.surface(false).and_then(|draft| reader.text.end().map(|()| draft));
     draft.map_err(|error| (error, pointer(prefix, &reader.steps)))
 }
 
@@ -239,10 +246,18 @@ impl DraftReader<'_> {
         Ok(f64::NAN)
     }
 
-    fn surface(&mut self) -> Read<SurfaceDraft> {
+    /// A surface, or a face of a part of several.
+    fn surface(&mut self, is_face: bool) -> Read<SurfaceDraft> {
         let mut draft = SurfaceDraft::default();
         draft.is_object = self.object(&SURFACE_FIELDS, |r, field| {
+            if OWN_FIELDS.contains(&field) {
+                draft.own.push(field);
+            }
             match field {
+                "units" | "labels" | "faces" if is_face => {
+                    r.fault("this stands once, beside the list of faces, not in a face");
+                    r.text.skip()?;
+                }
                 "name" => draft.name = r.optional_text()?.given(),
                 "units" => draft.units = r.units()?,
                 "side" => draft.side = r.side()?,
@@ -254,15 +269,24 @@ impl DraftReader<'_> {
                 "weights" => draft.weights = r.rows("weights", Self::number)?,
                 "trims" => draft.trims = r.trims()?,
                 "labels" => draft.labels = r.labels()?,
-                "faces" => {
-                    r.fault("a file holds one surface: send each face as a surface of its own");
-                    r.text.skip()?;
-                }
+                "faces" => draft.faces = r.faces()?,
                 _ => r.text.skip()?,
             }
             Ok(())
         })?;
         Ok(draft)
+    }
+
+    fn faces(&mut self) -> Read<Field<Vec<SurfaceDraft>>> {
+        if self.is_null()? {
+            return Ok(Field::Missing);
+        }
+        let mut faces = Vec::new();
+        let is_array = self.array(MAX_FACES, "faces", |r, _| {
+            faces.push(r.surface(true)?);
+            Ok(())
+        })?;
+        Ok(if is_array { Field::Given(faces) } else { Field::Bad })
     }
 
     fn optional_text(&mut self) -> Read<Field<String>> {

@@ -63,7 +63,9 @@ fn has_asset(text: &str) -> Result<bool, SyntaxError> {
         first = false;
         match &*name {
             "asset" => return Ok(true),
-            "degree_u" | "degree_v" | "knots_u" | "knots_v" | "control_points" | "surface" => return Ok(false),
+            "degree_u" | "degree_v" | "knots_u" | "knots_v" | "control_points" | "surface" | "faces" => {
+                return Ok(false);
+            }
             _ => json.skip()?,
         }
     }

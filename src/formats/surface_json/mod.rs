@@ -22,6 +22,7 @@ use super::faults::{Fault, FaultList, Step, pointer};
 use super::sniff::BYTE_ORDER_MARK;
 use super::units::Units;
 use crate::engine::error::Located as _;
+use crate::engine::sewing::Part;
 use crate::engine::trimming::{CheckedTrims, Side, TrimmedSurface, TrimmingError};
 
 /// How a file is to be read.
@@ -54,12 +55,53 @@ pub struct ReadSurface {
     pub inferred: Vec<String>,
 }
 
-/// Reads a trimmed surface.
+/// The faces of a part as read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReadPart {
+    /// Its name in the file.
+    pub name: Option<String>,
+    /// The unit that the file's lengths were taken in.
+    pub units: Units,
+    /// The labels in the file.
+    pub labels: BTreeMap<String, String>,
+    /// The faces, in millimetres.
+    pub part: Part,
+    /// Their loops as checked, face by face.
+    pub checked: Vec<CheckedTrims>,
+    /// What the file did not say outright, in words.
+    pub inferred: Vec<String>,
+}
+
+/// What a file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ReadContent {
+    /// One trimmed surface.
+    Surface(Box<ReadSurface>),
+    /// A part of several faces.
+    Part(ReadPart),
+}
+
+/// Reads one trimmed surface.
+///
+/// # Errors
+/// As [`read_content`]; a part of several faces is refused.
+pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<ReadSurface, Vec<Fault>> {
+    match read_content(bytes, options)? {
+        ReadContent::Surface(surface) => Ok(*surface),
+        ReadContent::Part(_) => Err(vec![Fault {
+            pointer: pointer(&options.pointer_prefix, &[Step::Field("faces")]),
+            detail: "one surface is needed here, this is a part of several faces".to_owned(),
+            place: None,
+        }]),
+    }
+}
+
+/// Reads a trimmed surface, or a part of several faces.
 ///
 /// # Errors
 /// All faults that were found (at most [`super::faults::MAX_FAULTS`] are listed). Text that is not JSON ends the search
 /// with a fault that names line and column; faults before it are listed all the same.
-pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<ReadSurface, Vec<Fault>> {
+pub fn read_content(bytes: &[u8], options: &ReadOptions) -> Result<ReadContent, Vec<Fault>> {
     let mut faults = FaultList::default();
     let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let text = match std::str::from_utf8(bytes) {
@@ -81,24 +123,38 @@ pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<ReadSurface, Vec<Faul
 }
 
 /// The second pass and the engine's own checklist of the loops.
-fn finish(draft: draft::SurfaceDraft, options: &ReadOptions, mut faults: FaultList) -> Result<ReadSurface, Vec<Fault>> {
+fn finish(draft: draft::SurfaceDraft, options: &ReadOptions, mut faults: FaultList) -> Result<ReadContent, Vec<Fault>> {
     let Some(sound) = check::check(draft, options, &mut faults) else { return Err(faults.into_faults()) };
-    match sound.trimmed.check() {
-        Ok(checked) => Ok(ReadSurface {
-            name: sound.name,
-            units: sound.units,
-            labels: sound.labels,
-            trimmed: sound.trimmed,
-            checked,
-            inferred: sound.inferred,
-        }),
+    let (name, units, labels, inferred) = (sound.name, sound.units, sound.labels, sound.inferred);
+    let mut judged = |surface: &TrimmedSurface, prefix: &str| match surface.check() {
+        Ok(checked) => Some(checked),
         Err(errors) => {
             for error in &errors {
-                faults.push(loop_fault(error, &options.pointer_prefix));
+                faults.push(loop_fault(error, prefix));
             }
-            Err(faults.into_faults())
+            None
         }
-    }
+    };
+    let content = match sound.content {
+        check::Content::Surface(trimmed) => judged(&trimmed, &options.pointer_prefix).map(|checked| {
+            ReadContent::Surface(Box::new(ReadSurface { name, units, labels, trimmed, checked, inferred }))
+        }),
+        check::Content::Faces(faces) => {
+            let mut checked = Vec::with_capacity(faces.len());
+            for (k, face) in faces.iter().enumerate() {
+                checked.extend(judged(face, &format!("{}/faces/{k}", options.pointer_prefix)));
+            }
+            (checked.len() == faces.len()).then_some(ReadContent::Part(ReadPart {
+                name,
+                units,
+                labels,
+                part: Part { faces },
+                checked,
+                inferred,
+            }))
+        }
+    };
+    content.ok_or_else(|| faults.into_faults())
 }
 
 /// A fault of the loops with its pointer: `/trims/L/C`, `/trims/L`, or `/trims`.

@@ -147,7 +147,6 @@ fn each_kind_of_fault_is_named_where_it_is() {
         ("\"units\"", "\"unit\": 1, \"units\"", "/unit", "did you mean \"units\""),
         ("\"name\": \"plate\"", "\"name\": 4711", "/name", "a text is needed"),
         ("\"4711-A\"", "4711", "/labels/part_number", "quotes"),
-        ("\"extra\"", "\"faces\": [], \"extra\"", "/faces", "each face"),
     ] {
         let fault = one_fault(from, to);
         assert!(fault.starts_with(pointer) && fault.contains(words), "{from} -> {to}: {fault}");
@@ -281,6 +280,58 @@ fn any_surface() -> impl Strategy<Value = TrimmedSurface> {
     })
 }
 
+/// A part of so many plates side by side, 10 mm wide.
+fn plates(count: usize) -> serde_json::Value {
+    let plate = |k: usize| {
+        let x = 10.0 * k as f64;
+        serde_json::json!({
+            "degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+            "control_points": [[[x, 0, 0], [x, 5, 0]], [[x + 10.0, 0, 0], [x + 10.0, 5, 0]]],
+        })
+    };
+    serde_json::json!({ "name": "plates", "units": "cm", "side": "reversed", "faces": (0..count).map(plate).collect::<Vec<_>>() })
+}
+
+fn part_faults(part: &serde_json::Value) -> Vec<String> {
+    let faults = read_content(part.to_string().as_bytes(), &ReadOptions::default()).unwrap_err();
+    faults.iter().map(|fault| format!("{} {}", fault.pointer, fault.detail)).collect()
+}
+
+#[test]
+fn the_faces_of_a_part_are_read_with_what_stands_once() {
+    let mut part = plates(3);
+    part["faces"][1]["side"] = "normal".into();
+    let read = read_content(part.to_string().as_bytes(), &ReadOptions::default()).unwrap();
+    let ReadContent::Part(read) = read else { panic!("a part was sent") };
+    assert_eq!((read.name.as_deref(), read.units, read.part.faces.len()), (Some("plates"), Units::Cm, 3));
+    let sides: Vec<Side> = read.part.faces.iter().map(|face| face.side).collect();
+    assert_eq!(sides, [Side::Reversed, Side::Normal, Side::Reversed]);
+    assert_eq!(read.part.faces[2].surface.control()[3], glam::DVec3::new(300.0, 50.0, 0.0));
+}
+
+#[test]
+fn faults_of_faces_are_named_where_they_are() {
+    let mut part = plates(3);
+    part["faces"][1]["knots_v"] = serde_json::json!([0, 0, 1]);
+    part["faces"][2]["units"] = "mm".into();
+    part["faces"][2]["trims"] = serde_json::json!([[{ "points": [[0, 0], [2, 0], [0, 1], [0, 0]] }]]);
+    part["degree_u"] = 1.into();
+    let faults = part_faults(&part);
+    for pointer in ["/faces/1/knots_v", "/faces/2/units", "/degree_u"] {
+        assert!(faults.iter().any(|fault| fault.starts_with(&format!("{pointer} "))), "{pointer}: {faults:?}");
+    }
+    let mut outside = plates(2);
+    outside["faces"][1]["trims"] = serde_json::json!([[{ "points": [[0, 0], [2, 0], [0, 1], [0, 0]] }]]);
+    assert!(part_faults(&outside)[0].starts_with("/faces/1/trims/0"), "{:?}", part_faults(&outside));
+    assert!(part_faults(&plates(0))[0].contains("at least one face"));
+    assert!(part_faults(&plates(1001))[0].contains("more than 1000 faces"));
+    let mut nested = plates(1);
+    nested["faces"][0]["faces"] = serde_json::json!([]);
+    assert!(part_faults(&nested)[0].contains("stands once"));
+    let alone = read(plates(2).to_string().as_bytes(), &ReadOptions::default()).unwrap_err();
+    assert_eq!(alone[0].pointer, "/faces");
+}
+
 proptest! {
     #[test]
     fn what_is_written_reads_back_bit_for_bit(surface in any_surface(), name in "\\PC{0,40}", key in "\\PC{1,20}", value in any::<String>()) {
@@ -291,7 +342,8 @@ proptest! {
         let read = check::check(draft, &ReadOptions::default(), &mut faults);
         prop_assert!(faults.is_empty(), "{:?}", faults.into_faults());
         let read = read.unwrap();
-        prop_assert_eq!(&read.trimmed, &surface);
+        let check::Content::Surface(trimmed) = &read.content else { panic!("one surface was written") };
+        prop_assert_eq!(trimmed, &surface);
         prop_assert_eq!((read.name, read.labels), (Some(name), labels));
         prop_assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok());
     }

@@ -1,0 +1,73 @@
+//! Parts of several faces through the service.
+
+use std::sync::Arc;
+
+use planish::queue::EngineRunner;
+use serde_json::{Value, json};
+
+use crate::support::api::{Live, settings};
+
+fn plate(low: [f64; 2], high: [f64; 2]) -> Value {
+    let at = |x: f64, y: f64| json!([x, y, 0]);
+    json!({
+        "degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+        "control_points": [[at(low[0], low[1]), at(low[0], high[1])], [at(high[0], low[1]), at(high[0], high[1])]],
+    })
+}
+
+fn plates() -> Value {
+    json!({
+        "name": "plates", "units": "mm", "labels": { "order": "2231" },
+        "faces": [plate([0.0, 0.0], [100.0, 60.0]), plate([100.0, 0.0], [150.0, 25.0]), plate([100.0, 25.0], [150.0, 60.0])],
+    })
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn faces_are_one_sheet_or_pieces_with_seams() {
+    let live = Live::start(Arc::new(EngineRunner), &settings(|_| {})).await;
+    let stored = live.post("/v1/surfaces", &plates()).await.expect(201).json();
+    assert_eq!((&stored["kind"], &stored["faces"], &stored["name"]), (&json!("part"), &json!(3), &json!("plates")));
+    assert!((stored["area_mm2"].as_f64().unwrap() - 9000.0).abs() < 1e-6);
+    let whole = live.job(&json!({ "kind": "flatten", "surface": stored["id"] })).await;
+    let apart = live
+        .job(&json!({ "kind": "flatten", "surface": stored["id"], "sewing": { "join": "none", "tolerance_mm": 0.01 } }))
+        .await;
+    let document = live.ended(&whole).await;
+    assert_eq!(document["state"], "succeeded", "{document}");
+    let taken = document["parameters"]["sewing"]["tolerance_mm"].as_f64().unwrap();
+    assert!((taken - 1e-4 * 150.0_f64.hypot(60.0)).abs() < 1e-9, "{taken}");
+    assert_eq!(live.ended(&apart).await["state"], "succeeded");
+    let report = async |job: &str| live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+    let one = report(&whole).await;
+    assert_eq!((&one["pattern"]["pieces"], &one["sewing"]["joined_borders"]), (&json!(1), &json!(3)));
+    assert!((one["pattern"]["area_mm2"].as_f64().unwrap() - 9000.0).abs() < 1e-6);
+    let three = report(&apart).await;
+    assert_eq!((&three["pattern"]["pieces"], &three["sewing"]["seam_count"]), (&json!(3), &json!(3)));
+    let seams = three["sewing"]["seams"].as_array().unwrap();
+    let length = |seam: &Value| seam["lengths_mm"][0].as_f64().unwrap();
+    assert!((seams.iter().map(length).sum::<f64>() - 110.0).abs() < 1e-6, "{seams:?}");
+    assert!(three["sewing"]["greatest_mismatch_mm"].as_f64().unwrap() < 1e-9);
+    live.get(&format!("/v1/jobs/{whole}/pattern.dxf")).await.expect(200);
+    live.get(&format!("/v1/jobs/{apart}/pattern.dxf")).await.expect(200);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn faults_of_a_face_and_of_settings_are_refused_where_they_are() {
+    let live = Live::start(Arc::new(EngineRunner), &settings(|_| {})).await;
+    let mut part = plates();
+    part["faces"][1]["degree_u"] = json!(2);
+    let problem = live.post("/v1/surfaces", &part).await.expect(422).json();
+    let pointers: Vec<&str> =
+        problem["errors"].as_array().unwrap().iter().filter_map(|e| e["pointer"].as_str()).collect();
+    assert!(pointers.iter().all(|pointer| pointer.starts_with("/faces/1/")), "{pointers:?}");
+    let id = live.post("/v1/surfaces", &plates()).await.expect(201).json()["id"].clone();
+    let asked = json!({ "kind": "flatten", "surface": id, "sewing": { "tolerance_mm": -1 } });
+    let problem = live.post("/v1/jobs", &asked).await.expect(422).json();
+    assert_eq!(problem["errors"][0]["pointer"], "/sewing/tolerance_mm");
+    let wide = live.job(&json!({ "kind": "flatten", "surface": id, "sewing": { "tolerance_mm": 100 } })).await;
+    let ended = live.ended(&wide).await;
+    assert_eq!(ended["state"], "failed");
+    assert!(ended.to_string().contains("sewing.tolerance_mm"), "{ended}");
+    let based = live.job(&json!({ "kind": "flatten", "surface": id, "flattening": { "domain": "base" } })).await;
+    assert!(live.ended(&based).await.to_string().contains("no base surface"));
+}
