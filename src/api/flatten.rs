@@ -200,9 +200,10 @@ fn request(
             place: None,
         });
     }
-    if request.surface.is_some() {
+    if request.surface.is_some() || request.surfaces.is_some() {
         let detail = "the surface is in the body: leave its id out, or use POST /v1/jobs".to_owned();
-        found.push(Fault { pointer: "/surface".to_owned(), detail, place: None });
+        let pointer = if request.surface.is_some() { "/surface" } else { "/surfaces" };
+        found.push(Fault { pointer: pointer.to_owned(), detail, place: None });
     }
     let domain = surface.and_then(|surface| surfaces::domain_of(&surface.summary));
     found.extend(parameters::check(&request.options, domain));

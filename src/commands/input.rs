@@ -7,14 +7,17 @@ use axum::body::Bytes;
 use clap::Args;
 use planish::api::Reading;
 use planish::engine::trimming::Side;
+use planish::formats::composition::Composition;
 use planish::formats::surface::Weld;
 use planish::formats::units::Units;
 
 /// The surface file and how it is read.
 #[derive(Debug, Args)]
 pub(crate) struct SurfaceArguments {
-    /// The surface: trimmed-surface JSON, or a mesh as .glb or as .gltf with embedded buffers
-    pub(crate) surface: PathBuf,
+    /// The surface: trimmed-surface JSON, or a mesh as .glb or as .gltf with embedded buffers; several trimmed surfaces are
+    /// sewn to one part
+    #[arg(required = true)]
+    pub(crate) surface: Vec<PathBuf>,
     /// Unit of the file's lengths, before what the file says: mm, cm, m, in or ft
     #[arg(long, value_parser = word::<Units>)]
     pub(crate) units: Option<Units>,
@@ -27,19 +30,37 @@ pub(crate) struct SurfaceArguments {
 }
 
 impl SurfaceArguments {
-    /// How the file is read.
-    pub(crate) const fn reading(&self) -> Reading {
+    /// How a file is read.
+    const fn of_file(&self) -> Reading {
         Reading { units: self.units, side: self.side, weld: self.weld }
     }
 
-    /// The file's bytes.
-    pub(crate) fn bytes(&self) -> anyhow::Result<Bytes> {
-        file(&self.surface)
+    /// How what [`SurfaceArguments::bytes`] gives is read: a part of several files has been by then.
+    pub(crate) fn reading(&self) -> Reading {
+        if self.surface.len() > 1 { Reading::default() } else { self.of_file() }
     }
 
-    /// The file's name, for problems.
+    /// The file's bytes, or those of the part that several files make.
+    pub(crate) fn bytes(&self) -> anyhow::Result<Bytes> {
+        if let [only] = &self.surface[..] {
+            return file(only);
+        }
+        let mut whole = Composition::default();
+        for path in &self.surface {
+            let added = whole.add(&file(path)?, self.of_file(), "");
+            added.map_err(|faults| {
+                let lines: Vec<String> =
+                    faults.iter().map(|fault| format!("  {} {}", fault.pointer, fault.detail)).collect();
+                anyhow::anyhow!("{} has faults:\n{}", path.display(), lines.join("\n"))
+            })?;
+        }
+        Ok(whole.text().into())
+    }
+
+    /// The files' names, for problems.
     pub(crate) fn name(&self) -> String {
-        self.surface.display().to_string()
+        let names: Vec<String> = self.surface.iter().map(|path| path.display().to_string()).collect();
+        names.join(", ")
     }
 }
 

@@ -17,6 +17,7 @@
 //! Every writer is a pure function from values to bytes: the same values give the same bytes. A number that is not
 //! finite is refused ([`WriteError`]) and never written as `null` or `NaN` by accident.
 
+pub mod composition;
 mod drawing;
 pub mod faults;
 pub mod gltf_mesh;

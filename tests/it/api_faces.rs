@@ -71,3 +71,41 @@ async fn faults_of_a_face_and_of_settings_are_refused_where_they_are() {
     let based = live.job(&json!({ "kind": "flatten", "surface": id, "flattening": { "domain": "base" } })).await;
     assert!(live.ended(&based).await.to_string().contains("no base surface"));
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn stored_surfaces_are_composed_to_one_part() {
+    let live = Live::start(Arc::new(EngineRunner), &settings(|_| {})).await;
+    let mut ids: Vec<Value> = Vec::new();
+    for (k, mut face) in plates()["faces"].as_array().unwrap().iter().cloned().enumerate() {
+        face["units"] = json!("mm");
+        face["name"] = json!(format!("plate {k}"));
+        ids.push(live.post("/v1/surfaces", &face).await.expect(201).json()["id"].clone());
+    }
+    let asked = json!({ "kind": "flatten", "surfaces": ids });
+    let (first, again) = (live.job(&asked).await, live.job(&asked).await);
+    let [first, again] = [live.ended(&first).await, live.ended(&again).await];
+    assert_eq!((&first["state"], &first["surface"]), (&json!("succeeded"), &again["surface"]));
+    assert_eq!(first["labels"]["name"], "plate 0 + plate 1 + plate 2", "{first}");
+    let stored = live.get(&format!("/v1/surfaces/{}", first["surface"].as_str().unwrap())).await.expect(200).json();
+    assert_eq!((&stored["kind"], &stored["faces"]), (&json!("part"), &json!(3)));
+    let report = live.get(&format!("/v1/jobs/{}/report.json", first["id"].as_str().unwrap())).await.expect(200).json();
+    assert_eq!((&report["pattern"]["pieces"], &report["sewing"]["joined_borders"]), (&json!(1), &json!(3)));
+    let refused = async |asked: Value| {
+        let problem = live.post("/v1/jobs", &asked).await.expect(422).json();
+        problem["errors"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|e| e["pointer"].as_str().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
+    let missing = "0".repeat(40);
+    assert_eq!(
+        refused(json!({ "kind": "flatten", "surfaces": [ids[0], missing, ids[0]] })).await,
+        ["/surfaces/1", "/surfaces/2"]
+    );
+    assert_eq!(refused(json!({ "kind": "flatten", "surfaces": [] })).await, ["/surfaces"]);
+    assert_eq!(refused(json!({ "kind": "flatten", "surfaces": "all" })).await, ["/surfaces"]);
+    assert_eq!(refused(json!({ "kind": "flatten", "surface": ids[0], "surfaces": ids })).await, ["/surface"]);
+    assert_eq!(refused(json!({ "kind": "flatten", "surfaces": vec![missing; 101] })).await, ["/surfaces"]);
+}

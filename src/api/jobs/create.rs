@@ -7,7 +7,7 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
 use super::submit::faulty;
-use super::{Part, Submission, document, submit};
+use super::{Part, Submission, composed, document, submit};
 use crate::api::App;
 use crate::api::parameters;
 use crate::api::problem::Problem;
@@ -15,6 +15,9 @@ use crate::api::request::{Media, Query, key, receive};
 use crate::api::surfaces;
 use crate::formats::faults::Fault;
 use crate::store::Digest;
+
+/// What is said of an id that no surface has.
+pub(super) const ABSENT: &str = "there is no surface with this id: send it first, with POST /v1/surfaces";
 
 /// Longest job, bytes: some hundred times one with every parameter.
 pub(crate) const MAX_JOB_BYTES: usize = 256 * 1024;
@@ -34,24 +37,26 @@ pub(crate) async fn create(
     let (request, mut faults) = parameters::read(value);
     let needed = format!("the kind of work is needed: {}", parameters::KINDS);
     require(request.kind.is_some(), "/kind", &needed, &mut faults);
-    require(
-        request.surface.is_some(),
-        "/surface",
-        "the id of a surface is needed, as POST /v1/surfaces gave it",
-        &mut faults,
-    );
-    let surface = match request.surface.as_deref().and_then(|text| text.parse().ok()) {
-        Some(id) => app.store().surface(&id).await?,
-        None => None,
+    let surface = match &request.surfaces {
+        Some(ids) => {
+            if request.surface.is_some() {
+                faults.push(fault("/surface", "give either one surface or a list of surfaces, not both"));
+            }
+            composed::composed(&app, ids, &mut faults).await?
+        }
+        // A list that could not be read has its fault already.
+        None if faults.iter().any(|fault| fault.pointer == "/surfaces") => None,
+        None => named(&app, request.surface.as_deref(), &mut faults).await?,
     };
-    let absent = "there is no surface with this id: send it first, with POST /v1/surfaces";
-    require(surface.is_some(), "/surface", absent, &mut faults);
-    faults.extend(parameters::check(&request.options, surface.as_ref().and_then(surfaces::domain)));
+    let domain = match &surface {
+        Some(Part::Stored(surface)) => surfaces::domain(surface),
+        Some(Part::New(_)) | None => None,
+    };
+    faults.extend(parameters::check(&request.options, domain));
     faults.extend(request.kind.into_iter().flat_map(|kind| parameters::check_kind(kind, &request.options)));
     let (Some(kind), Some(surface), true) = (request.kind, surface, faults.is_empty()) else {
         return Err(faulty(faults));
     };
-    let surface = Part::Stored(Box::new(surface));
     let enqueued = submit(&app, Submission { kind, request, surface, idempotency }).await?;
     let job = enqueued.job();
     let headers = [
@@ -64,9 +69,24 @@ pub(crate) async fn create(
     Ok((StatusCode::ACCEPTED, headers, Json(document(job, &[]))).into_response())
 }
 
+/// The surface that a job names.
+async fn named(app: &App, id: Option<&str>, faults: &mut Vec<Fault>) -> Result<Option<Part>, Problem> {
+    require(id.is_some(), "/surface", "the id of a surface is needed, as POST /v1/surfaces gave it", faults);
+    let surface = match id.and_then(|text| text.parse().ok()) {
+        Some(id) => app.store().surface(&id).await?,
+        None => None,
+    };
+    require(surface.is_some(), "/surface", ABSENT, faults);
+    Ok(surface.map(|surface| Part::Stored(Box::new(surface))))
+}
+
 /// Adds a fault when something is not there, unless one at the same place says why.
 fn require(there: bool, pointer: &str, detail: &str, faults: &mut Vec<Fault>) {
     if !there && !faults.iter().any(|fault| fault.pointer == pointer || fault.pointer.is_empty()) {
-        faults.push(Fault { pointer: pointer.to_owned(), detail: detail.to_owned(), place: None });
+        faults.push(fault(pointer, detail));
     }
+}
+
+pub(super) fn fault(pointer: &str, detail: &str) -> Fault {
+    Fault { pointer: pointer.to_owned(), detail: detail.to_owned(), place: None }
 }

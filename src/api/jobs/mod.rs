@@ -1,6 +1,7 @@
 //! Jobs: what was asked for.
 
 mod cancel;
+mod composed;
 mod create;
 mod delete;
 mod document;

@@ -31,6 +31,8 @@ pub struct JobRequest {
     pub kind: Option<JobKind>,
     /// The surface's id, where it was named.
     pub surface: Option<String>,
+    /// The ids of several surfaces that are one part, where they were named.
+    pub surfaces: Option<Vec<String>>,
     /// Labels.
     pub labels: Labels,
     /// Everything else.
@@ -61,13 +63,20 @@ pub fn read(value: Value) -> (JobRequest, Vec<Fault>) {
             None
         }
     };
+    let surfaces = object.remove("surfaces").and_then(|value| {
+        let ids = serde_json::from_value::<Vec<String>>(value).ok();
+        if ids.is_none() {
+            faults.push(fault("/surfaces", "a list of ids of surfaces, as POST /v1/surfaces gave them"));
+        }
+        ids
+    });
     let labels = object.remove("labels").map_or_else(Labels::new, |value| labels::read(value, &mut faults));
     let mut options = reading::options(Value::Object(object), &mut faults).unwrap_or_default();
     if kind == Some(JobKind::OptimumSeedSearch) {
         // The method that seeds belong to.
         options.flattening.method.get_or_insert(FlatteningMethod::Cader);
     }
-    (JobRequest { kind, surface, labels, options }, faults)
+    (JobRequest { kind, surface, surfaces, labels, options }, faults)
 }
 
 /// The options as a job's document shows them: with the defaults that were taken.

@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 pub use envelope::{Envelope, envelope, is_gltf};
 pub use limits::{MAX_LABEL_NAME, MAX_LABELS, MAX_TEXT, ReadLimits};
-pub use write::write;
+pub use write::{write, write_part};
 
 use super::faults::{Fault, FaultList, Step, pointer};
 use super::sniff::BYTE_ORDER_MARK;

@@ -11,12 +11,46 @@ use crate::engine::trimming::{TrimCurve, TrimShape, TrimmedSurface};
 /// The file's text, in millimetres. The engine's types hold finite numbers alone, so that it is always valid JSON.
 #[must_use]
 pub fn write(name: Option<&str>, labels: &BTreeMap<String, String>, trimmed: &TrimmedSurface) -> String {
-    let surface = &trimmed.surface;
+    let mut out = head(name);
+    out.push_str(&fields(trimmed));
+    out.push_str(&tail(labels));
+    out
+}
+
+/// The text of a part of several faces, in millimetres.
+#[must_use]
+pub fn write_part(name: Option<&str>, labels: &BTreeMap<String, String>, faces: &[TrimmedSurface]) -> String {
+    let mut out = head(name);
+    let faces: Vec<String> = faces
+        .iter()
+        .map(|face| {
+            let fields = fields(face);
+            format!("{{\n{}\n}}", fields.strip_suffix(",\n").unwrap_or(&fields))
+        })
+        .collect();
+    let _ = writeln!(out, "  \"faces\": [{}],", faces.join(", "));
+    out.push_str(&tail(labels));
+    out
+}
+
+fn head(name: Option<&str>) -> String {
     let mut out = String::from("{\n");
     if let Some(name) = name {
         let _ = writeln!(out, "  \"name\": {},", quoted(name));
     }
     out.push_str("  \"units\": \"mm\",\n");
+    out
+}
+
+fn tail(labels: &BTreeMap<String, String>) -> String {
+    let labels: Vec<String> = labels.iter().map(|(k, v)| format!("{}: {}", quoted(k), quoted(v))).collect();
+    format!("  \"labels\": {{ {} }}\n}}\n", labels.join(", "))
+}
+
+/// The fields of a surface, or of a face, each with a comma after it.
+fn fields(trimmed: &TrimmedSurface) -> String {
+    let surface = &trimmed.surface;
+    let mut out = String::new();
     let _ = writeln!(out, "  \"side\": {},", quoted(side_word(trimmed.side)));
     let (u, v) = (surface.knots_u(), surface.knots_v());
     let _ = writeln!(out, "  \"degree_u\": {},\n  \"degree_v\": {},", u.degree(), v.degree());
@@ -44,9 +78,6 @@ pub fn write(name: Option<&str>, labels: &BTreeMap<String, String>, trimmed: &Tr
     } else {
         let _ = writeln!(out, "  \"trims\": [\n    {}\n  ],", loops.join(",\n    "));
     }
-    let labels: Vec<String> = labels.iter().map(|(k, v)| format!("{}: {}", quoted(k), quoted(v))).collect();
-    let _ = writeln!(out, "  \"labels\": {{ {} }}", labels.join(", "));
-    out.push_str("}\n");
     out
 }
 
