@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::distortion::{Limits, Thresholds};
 use super::flattening::{FlatteningDomain, FlatteningOptions};
 use super::pattern::{Compensation, Finishing, Pair, Placement};
-use super::sewing::SewingOptions;
+use super::sewing::{Cut, SewingOptions};
 use super::triangulation::TriangulationOptions;
 
 /// The kind of work.
@@ -122,6 +122,9 @@ pub struct JobOptions {
     /// How the faces of a part are sewn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sewing: Option<SewingOptions>,
+    /// Lines along which faces are cut open.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cuts: Vec<Cut>,
     /// Leave out pieces that cannot be flattened instead of failing.
     pub skip_bad_pieces: bool,
 }

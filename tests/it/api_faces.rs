@@ -109,3 +109,29 @@ async fn stored_surfaces_are_composed_to_one_part() {
     assert_eq!(refused(json!({ "kind": "flatten", "surface": ids[0], "surfaces": ids })).await, ["/surface"]);
     assert_eq!(refused(json!({ "kind": "flatten", "surfaces": vec![missing; 101] })).await, ["/surfaces"]);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_surface_is_cut_into_pieces_with_a_seam() {
+    let live = Live::start(Arc::new(EngineRunner), &settings(|_| {})).await;
+    let mut surface = plate([0.0, 0.0], [100.0, 60.0]);
+    surface["units"] = json!("mm");
+    let id = live.post("/v1/surfaces", &surface).await.expect(201).json()["id"].clone();
+    for points in [json!([[0.5, -0.2], [0.5, 1.2]]), json!([[50.0, 0.0, 0.1], [50.0, 60.0, -0.1]])] {
+        let job = live.job(&json!({ "kind": "flatten", "surface": id, "cuts": [{ "points": points }] })).await;
+        let ended = live.ended(&job).await;
+        assert_eq!(
+            (&ended["state"], &ended["parameters"]["cuts"][0]["points"]),
+            (&json!("succeeded"), &points),
+            "{ended}"
+        );
+        let report = live.get(&format!("/v1/jobs/{job}/report.json")).await.expect(200).json();
+        assert_eq!((&report["pattern"]["pieces"], &report["sewing"]["seam_count"]), (&json!(2), &json!(1)));
+        let seam = &report["sewing"]["seams"][0];
+        assert!((seam["length_3d_mm"].as_f64().unwrap() - 60.0).abs() < 1e-6, "{seam}");
+    }
+    let one = json!({ "kind": "flatten", "surface": id, "cuts": [{ "points": [[0, 0]] }] });
+    assert_eq!(live.post("/v1/jobs", &one).await.expect(422).json()["errors"][0]["pointer"], "/cuts/0/points");
+    let mixed = json!({ "kind": "flatten", "surface": id, "cuts": [{ "points": [[0, 0], [1, 1, 1]] }] });
+    let problem = live.post("/v1/jobs", &mixed).await.expect(422).json();
+    assert!(problem["errors"][0]["detail"].as_str().unwrap().contains("[[u, v], …]"), "{problem}");
+}

@@ -151,3 +151,27 @@ fn many_patches_are_one_sheet() {
     assert_eq!((outcome.pattern.as_ref().unwrap().pieces.len(), told.joined_borders), (1, 84), "{told:?}");
     assert_eq!(outcome.report.triangulation.borders, 1);
 }
+
+#[test]
+fn ten_thousand_faces_are_refused_and_a_thousand_that_nearly_meet_are_bounded_work() {
+    let plate = |k: usize, gap: f64| {
+        let (x, y) = ((k % 40) as f64 * (10.0 + gap), (k / 40) as f64 * (10.0 + gap));
+        json!({
+            "degree_u": 1, "degree_v": 1, "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+            "control_points": [[[x, y, 0], [x, y + 10.0, 0]], [[x + 10.0, y, 0], [x + 10.0, y + 10.0, 0]]],
+        })
+    };
+    let part = |count: usize, gap: f64| {
+        let faces: Vec<Value> = (0..count).map(|k| plate(k, gap)).collect();
+        json!({ "units": "mm", "faces": faces }).to_string()
+    };
+    let faults = surface::read(part(10_000, 0.0).as_bytes(), Reading::default(), "").unwrap_err();
+    assert!(faults[0].detail.contains("more than 1000 faces"), "{faults:?}");
+    for (gap, pieces) in [(0.01, 1), (0.2, 1000)] {
+        let read = surface::read(part(1000, gap).as_bytes(), Reading::default(), "").unwrap();
+        let started = std::time::Instant::now();
+        let outcome = sewn(&read, Join::All, JobKind::Flatten).unwrap();
+        println!("1000 faces {gap} mm apart: {} pieces in {:.3} s", pieces, started.elapsed().as_secs_f64());
+        assert_eq!(outcome.pattern.as_ref().unwrap().pieces.len(), pieces);
+    }
+}

@@ -2,6 +2,7 @@
 
 use crate::engine::job::JobOptions;
 use crate::engine::pattern::GREATEST_COMPENSATION;
+use crate::engine::sewing::{MAX_CUT_POINTS, MAX_CUTS};
 use crate::formats::faults::Fault;
 
 use super::fault;
@@ -10,6 +11,7 @@ use super::fault;
 pub(super) fn check(options: &JobOptions, faults: &mut Vec<Fault>) {
     compensation(options, faults);
     sewing(options, faults);
+    cuts(options, faults);
 }
 
 fn compensation(options: &JobOptions, faults: &mut Vec<Fault>) {
@@ -19,6 +21,18 @@ fn compensation(options: &JobOptions, faults: &mut Vec<Fault>) {
             let detail =
                 format!("pieces are compensated by -{GREATEST_COMPENSATION} to {GREATEST_COMPENSATION} percent");
             faults.push(fault(format!("/compensation/{name}"), detail));
+        }
+    }
+}
+
+fn cuts(options: &JobOptions, faults: &mut Vec<Fault>) {
+    let points: usize = options.cuts.iter().map(|cut| cut.points.len()).sum();
+    if options.cuts.len() > MAX_CUTS || points > MAX_CUT_POINTS {
+        faults.push(fault("/cuts", format!("at most {MAX_CUTS} cuts of {MAX_CUT_POINTS} points in all are made")));
+    }
+    for (k, cut) in options.cuts.iter().enumerate().take(MAX_CUTS) {
+        if cut.points.len() < 2 || !cut.points.is_finite() {
+            faults.push(fault(format!("/cuts/{k}/points"), "a cut has at least two points, of finite numbers"));
         }
     }
 }
@@ -54,6 +68,16 @@ mod tests {
         assert!(pointers(json!({ "sewing": { "join": "none", "tolerance_mm": 0.01 } })).is_empty());
         assert_eq!(pointers(json!({ "sewing": { "tolerance_mm": 0 } })), ["/sewing/tolerance_mm"]);
         assert_eq!(pointers(json!({ "sewing": { "join": "some" } })), ["/sewing/join"]);
+    }
+
+    #[test]
+    fn a_cut_has_points_of_one_kind() {
+        let cut = |points: Value| json!({ "cuts": [{ "points": points }] });
+        assert!(pointers(cut(json!([[0, 0], [1, 1]]))).is_empty());
+        assert!(pointers(cut(json!([[0, 0, 0], [1, 1, 2]]))).is_empty());
+        assert_eq!(pointers(cut(json!([[0, 0]]))), ["/cuts/0/points"]);
+        assert_eq!(pointers(cut(json!([[0, 0], [1, 1, 2]]))), ["/cuts"]);
+        assert_eq!(pointers(json!({ "cuts": vec![json!({ "points": [[0, 0], [1, 1]] }); 101] })), ["/cuts"]);
     }
 
     #[test]

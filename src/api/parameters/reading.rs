@@ -15,7 +15,7 @@ use crate::formats::faults::Fault;
 const MAX_PROBES: usize = 2000;
 
 /// What a parameter may be, where serde's words do not say it well.
-const HINTS: [(&str, &str); 7] = [
+const HINTS: [(&str, &str); 8] = [
     ("/triangulation/grid", "two whole numbers: the points along u and v"),
     (
         "/triangulation/tolerance",
@@ -33,6 +33,7 @@ const HINTS: [(&str, &str); 7] = [
         "/flattening/keep",
         "a list of curves: { \"curve\": \"borders\" or { \"border\": i }, \"length\": \"soft\", \"weight\": w }",
     ),
+    ("/cuts", "a list of cuts: { \"points\": [[u, v], …] or [[x, y, z], …], \"face\": k }"),
     ("/placement/align", "\"u\", \"v\", { \"uv\": [u, v] } or { \"xyz\": [x, y, z] }"),
     ("/triangulation/phase", "0 or 1"),
 ];

@@ -148,6 +148,15 @@ pub fn run<'a>(
         options = &searching;
     }
     match surface.into() {
+        Input::Trimmed(surface) if !options.cuts.is_empty() => {
+            // What is cut is a mesh: its pieces have no domain to themselves.
+            of_faces::run(kind, &Part { faces: vec![surface.clone()] }, options, observer)
+        }
+        Input::Mesh(_) if !options.cuts.is_empty() => Err(EngineError::Parameter {
+            name: "cuts".into(),
+            detail: "a mesh is cut before it is sent: leave this out".into(),
+        }
+        .into()),
         Input::Trimmed(surface) => of_surface(kind, surface, options, observer),
         Input::Mesh(surface) => of_mesh::run(kind, surface, options, observer),
         Input::Part(part) => of_faces::run(kind, part, options, observer),

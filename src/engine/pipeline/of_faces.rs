@@ -4,7 +4,7 @@
 //! Tolerances are those of the part: what is relative is so to the diagonal of all faces. There is no base surface and no
 //! (u, v). Faces are meshed side by side and collected in their order, so that threads decide nothing.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::centred::Centred;
@@ -16,11 +16,12 @@ use crate::engine::flattening::FlatteningDomain;
 use crate::engine::job::{JobKind, JobOptions};
 use crate::engine::pattern::DEFAULT_CURVE_TOLERANCE;
 use crate::engine::sewing::{
-    DEFAULT_SEWING_TOLERANCE, Face, GREATEST_SEWING_TOLERANCE, Part, SewingOptions, Sewn, Tolerances, sew,
+    CutPoints, DEFAULT_SEWING_TOLERANCE, Face, GREATEST_SEWING_TOLERANCE, OFF_FACE, Part, SewingOptions, Sewn,
+    Tolerances, sew,
 };
 use crate::engine::triangulation::density::MAX_TRIANGLES;
 use crate::engine::triangulation::{
-    Density, TriangulationError, TriangulationMethod, observed_area, observed_chord_error,
+    Density, Lifted, TriangulationError, TriangulationMethod, observed_area, observed_chord_error,
 };
 use crate::engine::trimming::{Side, TrimmedSurface, part_box};
 
@@ -145,12 +146,13 @@ fn tolerances(options: &JobOptions, diagonal: f64) -> Result<Tolerances, EngineE
     }
     let finest = FINEST_BORDER * diagonal;
     let chord_mm = options.curve_tolerance_mm.unwrap_or(DEFAULT_CURVE_TOLERANCE * diagonal).max(finest);
-    Ok(Tolerances { sewing_mm, chord_mm, join: asked.join })
+    Ok(Tolerances { sewing_mm, chord_mm, diagonal_mm: diagonal, join: asked.join })
 }
 
 /// A face with its mesh and what was measured of it.
-struct Measured<'a> {
-    face: Face<'a>,
+struct Measured {
+    lifted: Lifted,
+    offset: DVec3,
     area: f64,
     chord: f64,
     cells: u64,
@@ -163,27 +165,95 @@ fn meshed(
     tolerances: Tolerances,
     observer: &dyn Observer,
 ) -> Result<OfFaces, EngineError> {
-    let measured: Vec<Measured<'_>> = faces
+    let measured: Vec<Measured> = faces
         .par_iter()
         .map(|face| {
             observer.check()?;
             let centred = Centred::new(face);
             let meshed = Meshed::within(JobKind::Triangulate, &centred, options, Some(share), observer)?;
             Ok(Measured {
-                face: Face::new(face, &meshed.lifted, centred.home.offset)?,
+                offset: centred.home.offset,
                 area: observed_area(meshed.surface, &meshed.lifted.domain, observer)?,
                 chord: observed_chord_error(meshed.surface, &meshed.lifted, observer)?,
                 cells: meshed.counts.cells,
+                lifted: meshed.lifted,
             })
         })
         .collect::<Result<_, EngineError>>()?;
-    let count: u64 = measured.iter().map(|m| m.face.triangle_count() as u64).sum();
+    let count: u64 = measured.iter().map(|m| m.lifted.mesh.triangles.len() as u64).sum();
     if count > MAX_TRIANGLES {
         return Err(TriangulationError::TooManyTriangles { estimate: count, limit: MAX_TRIANGLES }.into());
     }
     let surface_area_mm2 = measured.iter().map(|m| m.area).sum();
     let chord_error_mm = measured.iter().map(|m| m.chord).fold(0.0, f64::max);
     let cells = measured.iter().map(|m| m.cells).sum();
-    let sewn = sew(measured.into_iter().map(|m| m.face).collect(), tolerances, observer)?;
+    let cuts = placed_cuts(faces, &measured, options, tolerances, observer)?;
+    let cut = faces.iter().zip(&measured).zip(&cuts);
+    let cut = cut.map(|((face, m), cuts)| Face::new(face, &m.lifted, m.offset, cuts, observer));
+    let sewn = sew(cut.collect::<Result<_, _>>()?, tolerances, observer)?;
     Ok(OfFaces { sewn, surface_area_mm2, chord_error_mm, cells })
+}
+
+/// For each face the cuts on it, in its domain.
+fn placed_cuts(
+    faces: &[&TrimmedSurface],
+    meshes: &[Measured],
+    options: &JobOptions,
+    tolerances: Tolerances,
+    observer: &dyn Observer,
+) -> Result<Vec<Vec<Vec<DVec2>>>, EngineError> {
+    let mut cuts = vec![Vec::new(); faces.len()];
+    let refused = |k: usize, detail: String| Err(EngineError::Parameter { name: format!("cuts.{k}"), detail });
+    for (k, cut) in options.cuts.iter().enumerate() {
+        observer.check()?;
+        if let Some(face) = cut.face
+            && face as usize >= faces.len()
+        {
+            return refused(
+                k,
+                format!("there is no face {face}: the part has {} of them, counted from 0", faces.len()),
+            );
+        }
+        let (face, points) = match &cut.points {
+            CutPoints::Uv(points) => {
+                if cut.face.is_none() && faces.len() > 1 {
+                    return refused(k, "points in (u, v) need the `face` that they are on, counted from 0".to_owned());
+                }
+                (cut.face.unwrap_or(0) as usize, points.iter().copied().map(DVec2::from).collect::<Vec<_>>())
+            }
+            CutPoints::Xyz(points) => {
+                let on = |f: usize| -> (f64, Vec<DVec2>) {
+                    let near =
+                        |p: &[f64; 3]| Face::nearest(faces[f], &meshes[f].lifted, meshes[f].offset, DVec3::from(*p));
+                    let found: Vec<(DVec2, f64)> = points.iter().map(near).collect();
+                    (found.iter().map(|(_, d)| *d).fold(0.0, f64::max), found.into_iter().map(|(uv, _)| uv).collect())
+                };
+                let asked = cut.face.map(|face| face as usize);
+                let candidates = asked.map_or(0..faces.len(), |face| face..face + 1);
+                let all: Vec<(f64, Vec<DVec2>)> = candidates.clone().into_par_iter().map(on).collect();
+                let mut best: Option<(usize, f64, Vec<DVec2>)> = None;
+                for (face, (off, places)) in candidates.zip(all) {
+                    if best.as_ref().is_none_or(|(_, least, _)| off < *least) {
+                        best = Some((face, off, places));
+                    }
+                }
+                let most = OFF_FACE * tolerances.diagonal_mm;
+                match best {
+                    Some((face, off, places)) if off <= most => (face, places),
+                    Some((_, off, _)) => {
+                        return refused(
+                            k,
+                            format!(
+                                "no face has all of its points: one lies {off:.4} mm off the nearest, and {most:.4} mm are \
+                                 possible. Give a cut for each face that it runs over"
+                            ),
+                        );
+                    }
+                    None => continue,
+                }
+            }
+        };
+        cuts[face].push(points);
+    }
+    Ok(cuts)
 }

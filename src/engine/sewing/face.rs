@@ -2,6 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
+use super::cuts::Cloth;
+use crate::engine::budget::Observer;
 use crate::engine::error::EngineError;
 use crate::engine::flattening::FlatteningError;
 use crate::engine::mesh::Topology;
@@ -30,6 +32,10 @@ pub struct Face<'a> {
     halfedge: Vec<u32>,
     /// For each half-edge its edge of the border, or [`NONE`].
     edge_at: Vec<u32>,
+    /// For each edge of the border that of the other side of a cut, or [`NONE`].
+    cut_twin: Vec<u32>,
+    /// For each edge of the border whether it runs along a cut, not against it.
+    along_cut: Vec<bool>,
     /// The edges of each closed border, in the order in which the triangles run along it.
     pub(super) borders: Vec<Vec<u32>>,
 }
@@ -44,20 +50,25 @@ pub(super) struct Insertion {
 }
 
 impl<'a> Face<'a> {
-    /// The face of a surface (in its own place) and its mesh, which lies `offset` away from there.
+    /// The face of a surface (in its own place) and its mesh, which lies `offset` away from there, cut open along polylines of
+    /// its domain.
     ///
     /// # Errors
-    /// When the mesh is none: an edge of three triangles, say.
-    pub fn new(part: &'a TrimmedSurface, lifted: &Lifted, offset: DVec3) -> Result<Self, EngineError> {
-        let (surface, reversed) = (&part.surface, part.side == Side::Reversed);
-        let triangles = lifted.mesh.triangles.clone();
-        let topology = Topology::new(&lifted.mesh).map_err(FlatteningError::from)?;
-        let mut places = vec![[DVec2::ZERO; 3]; triangles.len()];
-        for (corners, &to) in lifted.domain.triangles.iter().zip(&lifted.triangle_of) {
-            if let Some(place) = places.get_mut(to as usize) {
-                *place = corners.map(|k| lifted.domain.uv[k as usize]);
-            }
+    /// When the mesh is none: an edge of three triangles, say; [`EngineError::Cancelled`] when the observer asks for it.
+    pub fn new(
+        part: &'a TrimmedSurface,
+        lifted: &Lifted,
+        offset: DVec3,
+        cuts: &[Vec<DVec2>],
+        observer: &dyn Observer,
+    ) -> Result<Self, EngineError> {
+        let mut cloth = cloth(part, lifted, offset);
+        for cut in cuts {
+            cloth.lay(cut, observer)?;
         }
+        let opened = cloth.open();
+        let Cloth { surface, positions, triangles, places, .. } = cloth;
+        let topology = Topology::of_triangles(&triangles, positions.len()).map_err(FlatteningError::from)?;
         let mut halfedge = Vec::new();
         let mut edge_at = vec![NONE; 3 * triangles.len()];
         let borders = topology.borders().map(|border| {
@@ -69,18 +80,45 @@ impl<'a> Face<'a> {
             edges.collect()
         });
         let borders = borders.collect();
-        let positions: Vec<DVec3> = lifted.mesh.positions.iter().map(|&p| p + offset).collect();
+        let mut cut_twin = vec![NONE; halfedge.len()];
+        let mut along_cut = vec![false; halfedge.len()];
+        for [g, h] in opened {
+            let [e, f] = [g, h].map(|h| edge_at[h as usize]);
+            if e != NONE && f != NONE {
+                cut_twin[e as usize] = f;
+                cut_twin[f as usize] = e;
+                along_cut[e as usize] = true;
+            }
+        }
         Ok(Self {
             surface,
-            reversed,
+            reversed: part.side == Side::Reversed,
             node: vec![NONE; positions.len()],
             positions,
             triangles,
             places,
             halfedge,
             edge_at,
+            cut_twin,
+            along_cut,
             borders,
         })
+    }
+
+    /// The place in a face's domain of the point of its mesh that is nearest to `p`, and the distance.
+    #[must_use]
+    pub fn nearest(part: &TrimmedSurface, lifted: &Lifted, offset: DVec3, p: DVec3) -> (DVec2, f64) {
+        cloth(part, lifted, offset).nearest(p)
+    }
+
+    /// Whether an edge is that side of a cut which runs along it.
+    pub(super) fn is_along_cut(&self, edge: u32) -> bool {
+        self.along_cut.get(edge as usize).copied().unwrap_or(false)
+    }
+
+    /// The edge on the other side of a cut.
+    pub(super) fn cut_twin(&self, edge: u32) -> Option<u32> {
+        self.cut_twin.get(edge as usize).copied().filter(|&twin| twin != NONE)
     }
 
     /// How many triangles there are.
@@ -157,6 +195,7 @@ impl<'a> Face<'a> {
             vertices.push(new_vertices);
             parts.push(new_edges);
         }
+        self.pair_parts(&parts);
         for border in &mut self.borders {
             let longer = border.iter().flat_map(|&edge| {
                 let parts = parts.get(edge as usize).map_or(&[][..], Vec::as_slice);
@@ -165,6 +204,26 @@ impl<'a> Face<'a> {
             *border = longer.collect();
         }
         vertices
+    }
+
+    /// Pairs the parts of edges along cuts, which run in opposite directions; where one side was split otherwise than the other
+    /// they are no pair any more.
+    fn pair_parts(&mut self, parts: &[Vec<u32>]) {
+        for (edge, of_edge) in parts.iter().enumerate() {
+            let twin = self.cut_twin[edge];
+            let Some(of_twin) = parts.get(twin as usize).filter(|_| (edge as u32) < twin) else { continue };
+            let chain =
+                |first: u32, rest: &[u32]| -> Vec<u32> { std::iter::once(first).chain(rest.iter().copied()).collect() };
+            let (mine, theirs) = (chain(edge as u32, of_edge), chain(twin, of_twin));
+            let alike = mine.len() == theirs.len();
+            for (&a, &b) in mine.iter().zip(theirs.iter().rev()) {
+                self.cut_twin[a as usize] = if alike { b } else { NONE };
+                self.cut_twin[b as usize] = if alike { a } else { NONE };
+            }
+            if !alike {
+                mine.iter().chain(&theirs).for_each(|&e| self.cut_twin[e as usize] = NONE);
+            }
+        }
     }
 
     /// Splits an edge and its triangle; the edge keeps the first part. Gives the vertex and the edge of the second part.
@@ -184,6 +243,8 @@ impl<'a> Face<'a> {
         let moved = std::mem::replace(&mut self.edge_at[3 * t + j], NONE);
         self.edge_at.extend([part, moved, NONE]);
         self.halfedge.push(3 * fresh as u32);
+        self.cut_twin.push(NONE);
+        self.along_cut.push(self.along_cut[edge as usize]);
         if moved != NONE {
             self.halfedge[moved as usize] = 3 * fresh as u32 + 1;
         }
@@ -194,4 +255,16 @@ impl<'a> Face<'a> {
     pub(super) const fn edge_count(&self) -> usize {
         self.halfedge.len()
     }
+}
+
+/// The mesh of a face as it can be cut.
+fn cloth<'a>(part: &'a TrimmedSurface, lifted: &Lifted, offset: DVec3) -> Cloth<'a> {
+    let triangles = lifted.mesh.triangles.clone();
+    let mut places = vec![[DVec2::ZERO; 3]; triangles.len()];
+    for (corners, &to) in lifted.domain.triangles.iter().zip(&lifted.triangle_of) {
+        if let Some(place) = places.get_mut(to as usize) {
+            *place = corners.map(|k| lifted.domain.uv[k as usize]);
+        }
+    }
+    Cloth::new(&part.surface, lifted.mesh.positions.iter().map(|&p| p + offset).collect(), triangles, places)
 }

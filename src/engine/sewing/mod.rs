@@ -13,6 +13,8 @@
 //! 4. Faces are turned to agree, shared vertices are moved to the middle of what they join, and triangles renumbered
 //!    ([`weld`]).
 //!
+//! Faces may be cut open along polylines before ([`cuts`]); the two sides of a cut stay apart.
+//!
 //! A face is never sewn to itself: where it closes on itself its seam stays open. Of faces that are the same number for
 //! number the first is kept. Lengths are millimetres. The result does not depend on the number of threads.
 //!
@@ -20,6 +22,7 @@
 //! than two faces meet is left to the mesh's own checks, which refuse to flatten it.
 
 mod border;
+mod cuts;
 mod face;
 mod meetings;
 mod near;
@@ -30,6 +33,7 @@ mod report;
 mod tests;
 mod weld;
 
+pub use cuts::{Cut, CutPoints, MAX_CUT_POINTS, MAX_CUTS, OFF_FACE};
 pub use face::Face;
 pub use options::{DEFAULT_SEWING_TOLERANCE, GREATEST_SEWING_TOLERANCE, Join, SewingOptions};
 pub use report::{JoinedBorder, NearMisses, SeamReport, SewingReport};
@@ -56,6 +60,8 @@ pub struct Tolerances {
     pub sewing_mm: f64,
     /// Chord tolerance of border edges, mm.
     pub chord_mm: f64,
+    /// Diagonal of the part, mm.
+    pub diagonal_mm: f64,
     /// Whether shared borders are welded.
     pub join: Join,
 }

@@ -39,12 +39,23 @@ pub(super) fn refine(
         faces.iter().map(|face| vec![Vec::new(); face.edge_count()]).collect();
     for f in 0..faces.len() as u32 {
         observer.check()?;
-        let edges: Vec<u32> = faces[f as usize].borders.iter().flatten().copied().collect();
+        let mut edges: Vec<u32> = faces[f as usize].borders.iter().flatten().copied().collect();
+        edges.sort_unstable();
         for edge in edges {
             match partners.get(&(f, edge)) {
+                // The other side of a cut has come before: the same places, from its other end.
+                None if faces[f as usize].cut_twin(edge).is_some_and(|twin| twin < edge) => {
+                    let twin = faces[f as usize].cut_twin(edge).unwrap_or(edge);
+                    let places: Vec<f64> =
+                        insertions[f as usize][twin as usize].iter().rev().map(|i| 1.0 - i.s).collect();
+                    insertions[f as usize][edge as usize] =
+                        places.into_iter().map(|s| Insertion { s, node: nodes.add(&[f]) }).collect();
+                }
                 None => {
+                    let is_cut = faces[f as usize].cut_twin(edge).is_some();
                     let mut inner = followed(&faces[f as usize], edge, tolerances.chord_mm);
-                    if inner.is_empty() && to_part.contains(&(f, edge)) {
+                    // The sides of a cut must differ somewhere, also where both ends are joined to other faces.
+                    if inner.is_empty() && (is_cut || to_part.contains(&(f, edge))) {
                         inner.push(0.5);
                     }
                     insertions[f as usize][edge as usize] =

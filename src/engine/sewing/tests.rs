@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use proptest::prelude::*;
 
-use super::{Join, Part, SewingOptions};
+use super::{Cut, CutPoints, Join, Part, SewingOptions};
 use crate::engine::budget::Unobserved;
 use crate::engine::error::EngineError;
 use crate::engine::job::{JobKind, JobOptions};
@@ -282,4 +283,137 @@ fn threads_decide_nothing() {
     };
     let (one, three) = (by(1), by(3));
     assert!(one == three);
+}
+
+fn cut_by(faces: Vec<TrimmedSurface>, cuts: Vec<Cut>) -> Outcome {
+    let options = JobOptions { cuts, ..JobOptions::default() };
+    run(JobKind::Flatten, &Part { faces }, &options, &Unobserved).unwrap()
+}
+
+fn uv(points: &[[f64; 2]]) -> Cut {
+    Cut { face: None, points: CutPoints::Uv(points.to_vec()) }
+}
+
+#[test]
+fn a_style_line_makes_two_pieces_of_a_plate_and_a_seam_between_them() {
+    let line = [[0.2, -0.1], [0.43, 0.31], [0.6, 0.7], [0.55, 1.2]];
+    let outcome = cut_by(vec![plate([0.0, 0.0], [100.0, 60.0])], vec![uv(&line)]);
+    let (pieces, holes, area, perimeter) = drawn(&outcome);
+    // The line without what lies outside the plate.
+    let at = |p: [f64; 2]| DVec2::new(100.0 * p[0], 60.0 * p[1]);
+    let clipped = |a: DVec2, b: DVec2, y: f64| a.lerp(b, (y - a.y) / (b.y - a.y));
+    let [a, b, c, d] = line.map(at);
+    let (start, end) = (clipped(a, b, 0.0), clipped(c, d, 60.0));
+    let length = start.distance(b) + b.distance(c) + c.distance(end);
+    assert_eq!((pieces, holes), (2, 0));
+    assert!(close(area, 6000.0, 1e-9) && close(perimeter, 320.0 + 2.0 * length, 1e-6), "{area} {perimeter} {length}");
+    let seams = &outcome.pattern.as_ref().unwrap().seams;
+    assert_eq!(seams.len(), 1, "{seams:?}");
+    assert!(close(seams[0].length_3d_mm, length, 1e-6) && seams[0].mismatch_mm() < 1e-9, "{seams:?}");
+    assert_ne!(seams[0].sides[0].piece, seams[0].sides[1].piece);
+}
+
+#[test]
+fn a_single_surface_is_cut_as_a_part_of_one_face_is() {
+    let surface = plate([0.0, 0.0], [100.0, 60.0]);
+    let options = JobOptions { cuts: vec![uv(&[[0.5, 0.0], [0.5, 1.0]])], ..JobOptions::default() };
+    let outcome = run(JobKind::Flatten, &surface, &options, &Unobserved).unwrap();
+    assert_eq!(drawn(&outcome).0, 2);
+    assert!(close(outcome.pattern.as_ref().unwrap().seams[0].length_3d_mm, 60.0, 1e-9));
+}
+
+#[test]
+fn a_dart_leaves_one_piece_with_a_seam_along_itself() {
+    let outcome = cut_by(vec![plate([0.0, 0.0], [100.0, 60.0])], vec![uv(&[[0.37, 0.0], [0.41, 0.55]])]);
+    let (pieces, holes, area, perimeter) = drawn(&outcome);
+    let length = DVec2::new(4.0, 33.0).length();
+    assert_eq!((pieces, holes), (1, 0));
+    assert!(close(area, 6000.0, 1e-9) && close(perimeter, 320.0 + 2.0 * length, 1e-6), "{area} {perimeter}");
+    let seams = &outcome.pattern.as_ref().unwrap().seams;
+    assert!(seams.len() == 1 && seams[0].sides[0].piece == seams[0].sides[1].piece, "{seams:?}");
+    assert!(close(seams[0].sides[0].length_mm, length, 1e-6) && seams[0].mismatch_mm() < 1e-9);
+}
+
+#[test]
+fn a_tube_of_strips_opened_along_a_line_lies_flat() {
+    let strip = |from: f64, to: f64| face(cylinder(50.0, 80.0), vec![window([from, 0.0], [to, 1.0])]);
+    let line = |z: f64| [-50.0, 0.0, z];
+    let cut = Cut { face: None, points: CutPoints::Xyz(vec![line(0.0), line(40.0), line(80.0)]) };
+    let outcome = cut_by(vec![strip(0.0, 1.3), strip(1.3, 2.9), strip(2.9, 4.0)], vec![cut]);
+    let (pieces, holes, area, _) = drawn(&outcome);
+    assert_eq!((pieces, holes), (1, 0), "{:?}", report(&outcome));
+    assert!(close(area, 2.0 * PI * 50.0 * 80.0, 2e-3), "{area}");
+    let seams = &outcome.pattern.as_ref().unwrap().seams;
+    assert!(seams.len() == 1 && close(seams[0].length_3d_mm, 80.0, 1e-6), "{seams:?}");
+    assert!(seams[0].mismatch_mm() < 0.01, "{seams:?}");
+    let strain = &outcome.report.distortion.as_ref().unwrap().part.strain_percent;
+    assert!(strain.max < 0.5 && strain.min > -0.5, "{} {}", strain.min, strain.max);
+}
+
+#[test]
+fn cuts_that_cross_make_four_pieces_and_less_distortion() {
+    let sphere = sphere(100.0);
+    let d = sphere.domain();
+    let at = |s: f64, t: f64| [d.u[0] + s * (d.u[1] - d.u[0]), d.v[0] + t * (d.v[1] - d.v[0])];
+    let patch = || face(sphere.clone(), vec![window(at(0.1, 0.3), at(0.3, 0.6))]);
+    let whole = sewn(vec![patch()]);
+    let cuts = vec![uv(&[at(0.1, 0.45), at(0.2, 0.47), at(0.3, 0.45)]), uv(&[at(0.21, 0.2), at(0.19, 0.9)])];
+    let outcome = cut_by(vec![patch()], cuts);
+    assert_eq!(drawn(&outcome).0, 4);
+    assert!(close(drawn(&outcome).2, drawn(&whole).2, 0.02));
+    let [all, parts] = [&whole, &outcome].map(|o| o.report.distortion.as_ref().unwrap().part.area_change_percent);
+    assert!(parts < 0.5 * all, "{parts} {all}");
+    let seams = &outcome.pattern.as_ref().unwrap().seams;
+    assert!(seams.len() >= 2, "{seams:?}");
+}
+
+#[test]
+fn the_border_of_a_cut_face_is_sewn_all_the_same() {
+    let faces = vec![plate([0.0, 0.0], [100.0, 60.0]), plate([100.0, 0.0], [150.0, 60.0])];
+    let one = Cut { face: Some(0), ..uv(&[[0.0, 0.5], [1.0, 0.5]]) };
+    // Both halves hang on the neighbour.
+    let outcome = cut_by(faces.clone(), vec![one.clone()]);
+    assert_eq!(drawn(&outcome).0, 1);
+    let two = Cut { face: Some(1), ..uv(&[[0.0, 0.5], [1.0, 0.5]]) };
+    let outcome = cut_by(faces, vec![one, two]);
+    let (pieces, holes, area, perimeter) = drawn(&outcome);
+    assert_eq!((pieces, holes), (2, 0), "{:?}", report(&outcome));
+    assert!(close(area, 9000.0, 1e-9) && close(perimeter, 2.0 * 360.0, 1e-9), "{area} {perimeter}");
+}
+
+#[test]
+fn cuts_that_lie_nowhere_are_refused() {
+    let faces = || vec![plate([0.0, 0.0], [100.0, 60.0]), plate([100.0, 0.0], [150.0, 60.0])];
+    let far = Cut { face: None, points: CutPoints::Xyz(vec![[0.0, 0.0, 90.0], [100.0, 0.0, 90.0]]) };
+    for (cut, word) in [
+        (uv(&[[0.0, 0.5], [1.0, 0.5]]), "need the `face`"),
+        (Cut { face: Some(2), ..uv(&[[0.0, 0.5], [1.0, 0.5]]) }, "there is no face 2"),
+        (far, "mm off the nearest"),
+    ] {
+        let options = JobOptions { cuts: vec![cut], ..JobOptions::default() };
+        let failure = run(JobKind::Flatten, &Part { faces: faces() }, &options, &Unobserved).unwrap_err();
+        assert!(failure.error.to_string().contains(word), "{}", failure.error);
+    }
+    // One that lies outside altogether cuts nothing.
+    let outside = cut_by(vec![plate([0.0, 0.0], [100.0, 60.0])], vec![uv(&[[2.0, 0.0], [3.0, 1.0]])]);
+    assert_eq!(drawn(&outside).0, 1);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn any_cut_leaves_a_sound_mesh_of_the_same_area(
+        points in proptest::collection::vec([-0.2..1.2_f64, -0.2..1.2_f64], 2..7),
+        on_grid in any::<bool>(),
+    ) {
+        // Places on lines of the grid and on corners are met as well as those between them.
+        let place = |x: f64| if on_grid { (4.0 * x).round() / 4.0 } else { x };
+        let points: Vec<[f64; 2]> = points.into_iter().map(|p| p.map(place)).collect();
+        let mut options = JobOptions { cuts: vec![uv(&points)], ..JobOptions::default() };
+        options.triangulation.grid = Some([5, 5]);
+        let part = Part { faces: vec![plate([0.0, 0.0], [100.0, 60.0])] };
+        let outcome = run(JobKind::Triangulate, &part, &options, &Unobserved).unwrap();
+        prop_assert!(crate::engine::mesh::Topology::new(&outcome.mesh).is_ok());
+        prop_assert!(close(outcome.report.triangulation.area_mm2, 6000.0, 1e-9));
+    }
 }

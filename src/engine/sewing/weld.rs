@@ -82,27 +82,29 @@ pub(super) fn weld(
     }
     observer.check()?;
     let assembled = assemble(&positions, &triangles, false).map_err(FlatteningError::from)?;
-    let runs = runs(faces, &number, shared);
+    let once = shared.iter().filter(|(edge, other)| edge < other).map(|(&edge, &other)| (edge, other)).collect();
+    let mut stretches = runs(faces, &number, &once);
     let mut report = SewingReport {
         faces: faces.len() as u64,
         faces_turned: turned.iter().filter(|&&turned| turned).count() as u64,
         join: tolerances.join,
         tolerance_mm: tolerances.sewing_mm,
-        joined_borders: runs.len() as u64,
+        joined_borders: stretches.len() as u64,
         joined_edges: shared.len() as u64 / 2,
-        joined_mm: runs.iter().map(|run| run.length_mm).sum(),
-        greatest_gap_mm: runs.iter().map(|run| run.gap_mm).fold(0.0, f64::max),
+        joined_mm: stretches.iter().map(|run| run.length_mm).sum(),
+        greatest_gap_mm: stretches.iter().map(|run| run.gap_mm).fold(0.0, f64::max),
         open_edges: faces.iter().map(|face| face.borders.iter().map(Vec::len).sum::<usize>()).sum::<usize>() as u64
             - shared.len() as u64,
         ..SewingReport::default()
     };
-    report.borders = runs
+    report.borders = stretches
         .iter()
         .take(MAX_LISTED)
         .map(|run| JoinedBorder { faces: run.faces, length_mm: run.length_mm, gap_mm: run.gap_mm })
         .collect();
+    stretches.extend(cut_runs(faces, &number));
     report.near_misses = near_misses(faces, shared, tolerances, observer)?;
-    Ok(Sewn { assembled, runs, report })
+    Ok(Sewn { assembled, runs: stretches, report })
 }
 
 /// Which faces are to be turned over so that neighbours agree: in each set of faces that hang together those of the
@@ -144,7 +146,22 @@ fn turned(faces: &[Face<'_>], nodes: &mut Nodes, shared: &Shared) -> Vec<bool> {
     turned.into_iter().map(|turned| turned == Some(true)).collect()
 }
 
-/// The shared edges in stretches, each once, in the order of the first face's borders.
+/// The cuts in stretches, as [`runs`].
+fn cut_runs(faces: &[Face<'_>], number: &[Vec<u32>]) -> Vec<Run> {
+    let mut twins = Shared::new();
+    for (f, face) in faces.iter().enumerate() {
+        for &edge in face.borders.iter().flatten() {
+            if let Some(twin) = face.cut_twin(edge)
+                && face.is_along_cut(edge)
+            {
+                twins.insert((f as u32, edge), (f as u32, twin));
+            }
+        }
+    }
+    runs(faces, number, &twins)
+}
+
+/// Edges of faces with those on the other side, each pair once, in stretches: in the order of the first face's borders.
 fn runs(faces: &[Face<'_>], number: &[Vec<u32>], shared: &Shared) -> Vec<Run> {
     let mut runs = Vec::new();
     for (f, face) in faces.iter().enumerate() {
@@ -152,10 +169,7 @@ fn runs(faces: &[Face<'_>], number: &[Vec<u32>], shared: &Shared) -> Vec<Run> {
             let first_of_border = runs.len();
             let mut open = false;
             for &edge in border {
-                let step = shared
-                    .get(&(f as u32, edge))
-                    .filter(|other| other.0 > f as u32)
-                    .map(|&other| step(faces, (f as u32, edge), other));
+                let step = shared.get(&(f as u32, edge)).map(|&other| step(faces, (f as u32, edge), other));
                 let Some(step) = step else {
                     open = false;
                     continue;
