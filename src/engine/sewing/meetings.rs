@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::Tolerances;
 use super::border::{followed_borders, nearest};
 use super::face::{Face, Insertion, NONE};
 use super::near::{Near, Segment};
@@ -20,6 +21,10 @@ const MOST_MEETINGS: usize = 4_000_000;
 
 /// How many segments may be looked at in all: what a part of [`super::MAX_FACES`] takes ten times over.
 const MOST_VISITS: usize = 400_000_000;
+
+/// Borders are followed to look for what is near, before distances are found exactly: no finer than this part of the pattern's
+/// tolerance, however small that of the sewing is.
+const LOOK_SHARE: f64 = 0.25;
 
 /// Vertices that were looked at between two questions whether to go on.
 const BETWEEN_CHECKS: usize = 1024;
@@ -94,7 +99,12 @@ struct Border {
 }
 
 /// Finds the sets and puts vertices into borders that others' vertices lie on.
-pub(super) fn meet(faces: &mut [Face<'_>], tolerance: f64, observer: &dyn Observer) -> Result<Nodes, EngineError> {
+pub(super) fn meet(
+    faces: &mut [Face<'_>],
+    tolerances: Tolerances,
+    observer: &dyn Observer,
+) -> Result<Nodes, EngineError> {
+    let tolerance = tolerances.sewing_mm;
     let mut nodes = Nodes::default();
     let mut all: Vec<Border> = Vec::new();
     for (f, face) in faces.iter_mut().enumerate() {
@@ -108,7 +118,7 @@ pub(super) fn meet(faces: &mut [Face<'_>], tolerance: f64, observer: &dyn Observ
         }
     }
     join_nearest(&all, tolerance, &mut nodes, observer)?;
-    let found = on_borders(faces, &all, tolerance, &mut nodes, observer)?;
+    let found = on_borders(faces, &all, tolerances, &mut nodes, observer)?;
     let insertions = settle(faces, &all, &found, tolerance, &mut nodes);
     for (face, along) in faces.iter_mut().zip(insertions) {
         let mut by_edge = vec![Vec::new(); face.edge_count()];
@@ -173,11 +183,12 @@ struct Meeting {
 fn on_borders(
     faces: &[Face<'_>],
     all: &[Border],
-    tolerance: f64,
+    tolerances: Tolerances,
     nodes: &mut Nodes,
     observer: &dyn Observer,
 ) -> Result<Vec<Meeting>, EngineError> {
-    let chord = 0.5 * tolerance;
+    let tolerance = tolerances.sewing_mm;
+    let chord = (0.5 * tolerance).max(LOOK_SHARE * tolerances.chord_mm);
     let tree = followed_borders(faces, chord);
     let mut found = Vec::new();
     let mut visits = 0;

@@ -41,6 +41,8 @@ pub use weld::{Run, Sewn};
 
 use super::budget::Observer;
 use super::error::EngineError;
+use super::triangulation::TriangulationError;
+use super::triangulation::density::MAX_TRIANGLES;
 use super::trimming::TrimmedSurface;
 
 /// A part of several faces.
@@ -72,9 +74,13 @@ pub struct Tolerances {
 /// [`EngineError::Parameter`] when so many borders lie within the tolerance of each other that it must be too large;
 /// [`EngineError::Cancelled`] when the observer asks for it; a fault of the mesh when it is too large to be numbered.
 pub fn sew(mut faces: Vec<Face<'_>>, tolerances: Tolerances, observer: &dyn Observer) -> Result<Sewn, EngineError> {
-    let mut nodes = meetings::meet(&mut faces, tolerances.sewing_mm, observer)?;
+    let mut nodes = meetings::meet(&mut faces, tolerances, observer)?;
     observer.check()?;
     let shared = refine::refine(&mut faces, &mut nodes, tolerances, observer)?;
+    let count: u64 = faces.iter().map(|face| face.triangle_count() as u64).sum();
+    if count > MAX_TRIANGLES {
+        return Err(TriangulationError::TooManyTriangles { estimate: count, limit: MAX_TRIANGLES }.into());
+    }
     observer.check()?;
     weld::weld(&faces, &mut nodes, &shared, tolerances, observer)
 }

@@ -417,3 +417,16 @@ proptest! {
         prop_assert!(close(outcome.report.triangulation.area_mm2, 6000.0, 1e-9));
     }
 }
+
+#[test]
+fn a_tolerance_near_nothing_and_a_fine_outline_are_bounded_work() {
+    let strip = |from: f64, to: f64| face(cylinder(50.0, 80.0), vec![window([from, 0.0], [to, 1.0])]);
+    let options = JobOptions {
+        sewing: Some(SewingOptions { tolerance_mm: Some(1e-300), ..SewingOptions::default() }),
+        curve_tolerance_mm: Some(1e-300),
+        ..JobOptions::default()
+    };
+    let part = Part { faces: vec![strip(0.0, 0.7), strip(0.7, 2.0)] };
+    let outcome = run(JobKind::Triangulate, &part, &options, &Unobserved).unwrap();
+    assert!(outcome.mesh.triangles.len() < 100_000, "{}", outcome.mesh.triangles.len());
+}

@@ -18,6 +18,10 @@ use crate::engine::mesh::assembly::{Assembled, assemble};
 /// Borders that are farther apart than the tolerance, but at most so many times, were perhaps meant to meet.
 const NEAR_MISS: f64 = 10.0;
 
+/// Borders whose distance changes by more than this part of their length leave each other at a corner: they were not meant to
+/// meet.
+const PARALLEL: f64 = 0.1;
+
 /// A stretch of border that two faces share, vertex by vertex, walked the same way on both sides.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Run {
@@ -245,7 +249,7 @@ fn step(faces: &[Face<'_>], (f, edge): EdgeOf, (g, other): EdgeOf) -> Step {
     Step { faces: [f, g], ends: [mine, theirs], length: at(a, mine[0]).distance(at(a, mine[1])), gaps: apart(theirs) }
 }
 
-/// Edges of one face alone whose middle lies near another one.
+/// Edges of one face alone that run near another one and beside it.
 fn near_misses(
     faces: &[Face<'_>],
     shared: &Shared,
@@ -264,22 +268,26 @@ fn near_misses(
             if shared.contains_key(&(f as u32, edge)) || length <= reach {
                 continue;
             }
-            let middle = face.point(edge, 0.5);
-            let mut best: Option<(f64, u32, u32, f64)> = None;
-            tree.within(middle, reach, |segment| {
-                let (t, distance) = segment.nearest(middle);
-                if segment.face != f as u32 && distance <= reach && best.is_none_or(|known| distance < known.0) {
-                    let s = segment.s[0] + (segment.s[1] - segment.s[0]) * t;
-                    best = Some((distance, segment.face, segment.of, s));
-                }
-            });
-            if let Some((_, other, of, s)) = best {
-                let (_, gap) = nearest(&faces[other as usize], of, middle, s);
-                let missed = found.get_or_insert(NearMisses { edges: 0, length_mm: 0.0, gap_mm: [gap, gap] });
-                missed.edges += 1;
-                missed.length_mm += length;
-                missed.gap_mm = [missed.gap_mm[0].min(gap), missed.gap_mm[1].max(gap)];
+            let near = |s: f64| {
+                let place = face.point(edge, s);
+                let mut best: Option<(f64, u32, u32, f64)> = None;
+                tree.within(place, reach, |segment| {
+                    let (t, distance) = segment.nearest(place);
+                    if segment.face != f as u32 && distance <= reach && best.is_none_or(|known| distance < known.0) {
+                        let s = segment.s[0] + (segment.s[1] - segment.s[0]) * t;
+                        best = Some((distance, segment.face, segment.of, s));
+                    }
+                });
+                best.map(|(_, other, of, s)| nearest(&faces[other as usize], of, place, s).1)
+            };
+            let [Some(from), Some(gap), Some(to)] = [0.25, 0.5, 0.75].map(near) else { continue };
+            if (to - from).abs() > PARALLEL * 0.5 * length {
+                continue;
             }
+            let missed = found.get_or_insert(NearMisses { edges: 0, length_mm: 0.0, gap_mm: [gap, gap] });
+            missed.edges += 1;
+            missed.length_mm += length;
+            missed.gap_mm = [missed.gap_mm[0].min(gap), missed.gap_mm[1].max(gap)];
         }
     }
     Ok(found)
