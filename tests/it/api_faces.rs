@@ -6,6 +6,7 @@ use planish::queue::EngineRunner;
 use serde_json::{Value, json};
 
 use crate::support::api::{Live, settings};
+use crate::support::service::program;
 
 fn plate(low: [f64; 2], high: [f64; 2]) -> Value {
     let at = |x: f64, y: f64| json!([x, y, 0]);
@@ -134,4 +135,29 @@ async fn a_surface_is_cut_into_pieces_with_a_seam() {
     let mixed = json!({ "kind": "flatten", "surface": id, "cuts": [{ "points": [[0, 0], [1, 1, 1]] }] });
     let problem = live.post("/v1/jobs", &mixed).await.expect(422).json();
     assert!(problem["errors"][0]["detail"].as_str().unwrap().contains("[[u, v], …]"), "{problem}");
+}
+
+#[test]
+fn several_files_are_one_part_on_the_command_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let files: Vec<_> = plates()["faces"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .enumerate()
+        .map(|(k, face)| {
+            let path = folder.path().join(format!("plate-{k}.json"));
+            std::fs::write(&path, face.to_string()).unwrap();
+            path
+        })
+        .collect();
+    let out = folder.path().join("out");
+    let run = program(&["run", "flatten"]).args(&files).args(["--units", "cm", "--out"]).arg(&out).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let report: Value = serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap();
+    assert_eq!((&report["pattern"]["pieces"], &report["sewing"]["faces"]), (&json!(1), &json!(3)));
+    assert!((report["pattern"]["area_mm2"].as_f64().unwrap() - 900_000.0).abs() < 1e-3);
+    let unknown = program(&["check"]).args(&files).output().unwrap();
+    let said = String::from_utf8_lossy(&unknown.stderr).into_owned();
+    assert!(!unknown.status.success() && said.contains("plate-0.json") && said.contains("/units"), "{said}");
 }
