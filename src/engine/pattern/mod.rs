@@ -7,6 +7,7 @@
 mod bend;
 mod content;
 mod draw;
+mod fitting;
 mod flat_map;
 mod lengths;
 mod locator;
@@ -21,6 +22,7 @@ mod tests;
 mod unrolled_tests;
 
 pub use draw::{DEFAULT_CURVE_TOLERANCE, DrawInput, Drawn, draw};
+pub use fitting::fits;
 pub use locator::{Located, Locator};
 pub use of_mesh::{MeshDrawInput, draw_mesh};
 pub use part::triangles_of_part;
