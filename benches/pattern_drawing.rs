@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use planish::engine::budget::Unobserved;
 use planish::engine::mesh::Topology;
 use planish::engine::nurbs::{Curve2, KnotVector, Surface};
-use planish::engine::pattern::{DrawInput, Locator, Placement, draw, triangles_of_part};
+use planish::engine::pattern::{DrawInput, Finishing, Locator, Placement, draw, triangles_of_part};
 use planish::engine::triangulation::{Configuration, GridLines, grid_mesh, lift};
 use planish::engine::trimming::{Side, TrimCurve, TrimLoop, TrimShape, TrimmedSurface};
 
@@ -91,7 +91,8 @@ fn main() {
                 holds: &[],
                 curve_tolerance_mm: Some(0.04),
             };
-            let drawn = draw(&input, &Unobserved).expect("a pattern");
+            let mut drawn = draw(&input, &Unobserved).expect("a pattern");
+            drawn.finish(&Finishing::default(), &Unobserved).expect("nobody cancels");
             draw_time = draw_time.min(start.elapsed().as_secs_f64());
             points = drawn.report.points;
         }

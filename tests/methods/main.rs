@@ -7,6 +7,7 @@ mod against_cader;
 mod against_readings;
 mod ampc;
 mod configurations;
+mod curve_fitting;
 mod energy_release;
 mod outlines;
 mod predicted_seed;

@@ -19,7 +19,7 @@ pub use limits::{LimitCheck, Limits, Thresholds, Verdict, VerdictResult};
 pub use measure::measure;
 pub use overlap::{BorderPlace, Overlap, Overlaps, overlaps};
 pub use report::{
-    AspectRatio, BoundaryReport, DevelopableReport, DistortionMeasures, DistortionReport, FlatteningReport,
+    AspectRatio, BoundaryReport, CurvesReport, DevelopableReport, DistortionMeasures, DistortionReport, FlatteningReport, FormReport,
     InjectiveReport, OverlapReport, OverlapSide, PatternReport, PinReport, PlacementReport, Report, SeedSearchReport,
     SolverReport, StrainPlace, StrainReport, TriangulationReport,
 };

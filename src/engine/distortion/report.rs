@@ -373,4 +373,25 @@ pub struct PatternReport {
     /// By how much the pieces were made larger or smaller; areas and lengths above are those after it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compensation: Option<Compensation>,
+    /// The curves that were fitted; absent where none were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curves: Option<CurvesReport>,
+}
+
+/// The curves of outlines and holes, in each form.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct CurvesReport {
+    /// Lines and arcs.
+    pub arcs: FormReport,
+    /// Lines and cubic splines.
+    pub spline: FormReport,
+}
+
+/// What one form of the curves is.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct FormReport {
+    /// Lines, arcs, cubics and circles.
+    pub entities: u64,
+    /// Greatest distance from the samples of the mapped curve, mm; these leave the curve by at most an eighth of the tolerance.
+    pub deviation_mm: f64,
 }

@@ -6,7 +6,8 @@ use super::flat_map::FlatMap;
 use super::locator::Locator;
 use super::outline::{FlatLoop, Tracer};
 use super::part::area_centroids;
-use super::piece::{Finishing, finish};
+use super::piece::{Finishing, change, second};
+use super::settle::{CurveTolerances, curves_report, settle};
 use super::placement::{Hold, Motion, Placement, Transform, View, mirrored};
 use super::{Contour, Pattern, Piece};
 use crate::engine::budget::Observer;
@@ -57,7 +58,7 @@ pub struct DrawInput<'a> {
     pub curve_tolerance_mm: Option<f64>,
 }
 
-/// A pattern and what is said of it.
+/// A pattern and what is said of it. Until it is finished its contours are all that was sampled.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Drawn {
     /// The pattern, its bounding box from (0, 0) unless points hold it elsewhere. Pieces that are not flattened are left out.
@@ -70,13 +71,26 @@ pub struct Drawn {
     pub report: PatternReport,
     /// Lengths of the loops that were drawn, in the order of the file.
     pub boundary: Vec<BoundaryReport>,
+    /// How near its curves are to be followed.
+    pub curves: CurveTolerances,
 }
 
 impl Drawn {
-    /// Does to the pieces what is asked, and reports on them anew. Where the flattening lies stays as it was.
-    pub fn finish(&mut self, asked: &Finishing) {
-        finish(&mut self.pattern, asked);
-        self.report = PatternReport { compensation: asked.compensation, ..report(&self.pattern) };
+    /// Does to the pieces what is asked, fits curves through their samples, and reports on them anew. Where the flattening lies
+    /// stays as it was.
+    ///
+    /// # Errors
+    /// [`EngineError::Cancelled`] when the observer asks for it.
+    pub fn finish(&mut self, asked: &Finishing, observer: &dyn Observer) -> Result<(), EngineError> {
+        change(&mut self.pattern, asked);
+        settle(&mut self.pattern, self.curves, observer)?;
+        second(&mut self.pattern, asked);
+        self.report = PatternReport {
+            compensation: asked.compensation,
+            curves: curves_report(&self.pattern),
+            ..report(&self.pattern)
+        };
+        Ok(())
     }
 }
 
@@ -130,7 +144,8 @@ pub fn draw(input: &DrawInput<'_>, observer: &dyn Observer) -> Result<Drawn, Eng
     let pattern = Pattern { pieces, bounding_box_mm, ..Pattern::default() };
     let placement = placement_report(input.placement, &transform);
     let boundary = drawn_loops.into_iter().map(|l| tracer.lengths(l)).collect::<Result<_, _>>()?;
-    Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
+    let curves = CurveTolerances { fitted: tolerance, kept: Some(0.5 * tolerance) };
+    Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary, curves })
 }
 
 /// How the pattern lies: the motion of the first piece.
@@ -284,5 +299,6 @@ pub(super) fn report(pattern: &Pattern) -> PatternReport {
         holes: pattern.pieces.iter().map(|p| p.holes.len() as u64).sum(),
         points: contours().map(|c| c.points.len() as u64).sum(),
         compensation: None,
+        curves: None,
     }
 }

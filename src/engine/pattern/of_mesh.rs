@@ -7,9 +7,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::draw::{contour, lay_out, placement_report, report, signed_area, size};
-use super::outline::{FlatLoop, thinned};
+use super::draw::{DEFAULT_CURVE_TOLERANCE, contour, lay_out, placement_report, report, signed_area, size};
+use super::outline::FlatLoop;
 use super::placement::{Hold, IN_PLANE, Motion, Transform, mirrored};
+use super::settle::{self, CurveTolerances};
 use super::{Align, Drawn, Pattern, Piece, Placement};
 use crate::engine::budget::Observer;
 use crate::engine::distortion::BoundaryReport;
@@ -40,7 +41,8 @@ pub struct MeshDrawInput<'a> {
     pub placement: &'a Placement,
     /// What is settled already of that, by piece; none where nothing is.
     pub holds: &'a [Hold],
-    /// Border points within this distance of a chord between others are left out, mm; `None`: all points stay.
+    /// Border points within this distance of a chord between others are left out, and curves are fitted so closely, mm; `None`: all
+    /// points stay, and curves are fitted by [`DEFAULT_CURVE_TOLERANCE`] of the widest piece.
     pub curve_tolerance_mm: Option<f64>,
 }
 
@@ -75,7 +77,11 @@ pub fn draw_mesh(input: &MeshDrawInput<'_>, observer: &dyn Observer) -> Result<D
     let bounding_box_mm = size(&pieces, input.holds);
     let pattern = Pattern { pieces, bounding_box_mm, ..Pattern::default() };
     let placement = placement_report(input.placement, &transform);
-    Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary })
+    // A border is its points; curves are fitted through them all the same.
+    let across = pattern.pieces.iter().map(|p| settle::size(&p.outline.points)).fold(0.0, f64::max);
+    let fitted = input.curve_tolerance_mm.unwrap_or(DEFAULT_CURVE_TOLERANCE * across);
+    let curves = CurveTolerances { fitted, kept: input.curve_tolerance_mm };
+    Ok(Drawn { report: report(&pattern), pattern, transform, placement, boundary, curves })
 }
 
 type Sheets = Vec<(FlatLoop, Vec<FlatLoop>)>;
@@ -112,10 +118,6 @@ fn sheets(input: &MeshDrawInput<'_>, observer: &dyn Observer) -> Result<(Sheets,
         };
         let area = signed_area(&points);
         let corners = corners(&points);
-        let (points, corners) = match input.curve_tolerance_mm {
-            Some(tolerance) => thinned(&points, &corners, tolerance, 0.0, observer)?,
-            None => (points, corners),
-        };
         loops[piece as usize].push((area, FlatLoop { points, corners, piece }, lengths));
     }
     let mut sheets = Vec::new();

@@ -2,11 +2,14 @@
 //!
 //! The polygonised loops ([`TrimRegion`]) say where the curves' corners and kinks are and give the parameter of each of
 //! their points. Between two neighbouring points the exact curve `c(t)` is mapped through the flattening and bisected until
-//! no probe is farther than half the tolerance from the chord; then points (never corners) are taken out again while all
-//! that was sampled stays within the other half. So an arc that unrolls into a straight line keeps two points.
+//! no probe is farther than an eighth of the tolerance from the two chords to the middle, which stays with the ends. These samples are
+//! what is worked on; in the end curves are fitted through them, and points (never corners) are taken out of the polyline
+//! while all that was sampled stays within half the tolerance ([`super::settle`]). So an arc that unrolls into a straight
+//! line keeps two points.
 
 use glam::DVec2;
 
+use super::fitting::SAMPLED;
 use super::flat_map::{FlatMap, Mapped};
 use super::lengths::curve_length;
 use crate::engine::budget::Observer;
@@ -35,10 +38,10 @@ const MOST_JOINED: usize = 128;
 const CHORDS_BETWEEN_CHECKS: usize = 256;
 
 /// A loop is drawn at least this finely relative to its own size, however coarse the tolerance: small holes stay round.
-const OF_LOOP: f64 = 0.01;
+pub(super) const OF_LOOP: f64 = 0.01;
 
 /// Neighbouring points nearer than this, relative to the loop's size, are one: ends of a degenerate edge.
-const SAME_POINT: f64 = 1e-9;
+pub(super) const SAME_POINT: f64 = 1e-9;
 
 /// One loop as it lies in the flattening (not yet placed), in its walking order.
 #[derive(Debug, Clone, PartialEq)]
@@ -138,7 +141,7 @@ impl Tracer<'_> {
         let low = vertices.iter().fold(DVec2::INFINITY, |m, p| m.min(*p));
         let high = vertices.iter().fold(DVec2::NEG_INFINITY, |m, p| m.max(*p));
         let size = low.distance(high);
-        let half = 0.5 * self.tolerance.min(OF_LOOP * size);
+        let near = SAMPLED * self.tolerance.min(OF_LOOP * size);
         let mut points = Vec::with_capacity(2 * vertices.len());
         let mut corners = Vec::with_capacity(2 * vertices.len());
         for (k, interval) in self.intervals(index).enumerate() {
@@ -146,7 +149,7 @@ impl Tracer<'_> {
             points.push(vertices[k]);
             corners.push(boundary.corners.get(k).copied().unwrap_or(true));
             let ends = [vertices[k], vertices[(k + 1) % vertices.len()]];
-            self.bisect(&interval, &at, ends, half, &mut points);
+            self.bisect(&interval, &at, ends, near, &mut points);
             corners.resize(points.len(), false);
             if *budget + points.len() > MOST_POINTS {
                 return Err(too_fine(self.tolerance));
@@ -156,7 +159,7 @@ impl Tracer<'_> {
         if !points.iter().all(|p| p.is_finite()) {
             return Ok(None);
         }
-        let (points, corners) = thinned(&points, &corners, half, SAME_POINT * size, self.observer)?;
+        let (points, corners) = distinct(&points, &corners, SAME_POINT * size);
         Ok((points.len() > 2).then_some(FlatLoop { points, corners, piece }))
     }
 
@@ -178,15 +181,20 @@ impl Tracer<'_> {
         while let Some(([x0, x1], [a, b], probes, depth)) = open.pop() {
             let step = (x1 - x0) / (probes + 1) as f64;
             let samples: Vec<DVec2> = (1..=probes).map(|k| at(interval.at(x0 + step * k as f64))).collect();
-            let near = samples.iter().all(|&p| distance_to_segment(p, a, b) <= tolerance);
+            let middle = samples[probes / 2];
+            let near = samples.iter().enumerate().all(|(k, &p)| {
+                let [from, to] = if k < probes / 2 { [a, middle] } else { [middle, b] };
+                distance_to_segment(p, from, to) <= tolerance
+            });
             let finite = samples.iter().all(|p| p.is_finite());
             if near || depth == DEEPEST || !finite || out.len() > MOST_POINTS {
                 if x0 > 0.0 {
                     out.push(a);
                 }
+                out.push(middle);
                 continue;
             }
-            let (xm, middle) = (0.5 * (x0 + x1), samples[probes / 2]);
+            let xm = 0.5 * (x0 + x1);
             let fewer = (probes / 2).max(LEAST_PROBES) | 1;
             open.push(([xm, x1], [middle, b], fewer, depth + 1));
             open.push(([x0, xm], [a, middle], fewer, depth + 1));
@@ -242,6 +250,27 @@ fn distance_to_segment(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     let square = edge.length_squared();
     let x = if square > 0.0 { (to.dot(edge) / square).clamp(0.0, 1.0) } else { 0.0 };
     to.distance(edge * x)
+}
+
+/// A closed polyline without repeated points; what stands for a corner is one.
+fn distinct(points: &[DVec2], corners: &[bool], same: f64) -> (Vec<DVec2>, Vec<bool>) {
+    let mut out: (Vec<DVec2>, Vec<bool>) = (Vec::with_capacity(points.len()), Vec::with_capacity(points.len()));
+    for (&p, &corner) in points.iter().zip(corners) {
+        match (out.0.last(), out.1.last_mut()) {
+            (Some(last), Some(flag)) if last.distance(p) <= same => *flag |= corner,
+            _ => {
+                out.0.push(p);
+                out.1.push(corner);
+            }
+        }
+    }
+    while out.0.len() > 1 && out.0[0].distance(out.0[out.0.len() - 1]) <= same {
+        out.0.pop();
+        if out.1.pop() == Some(true) {
+            out.1[0] = true;
+        }
+    }
+    out
 }
 
 /// A closed polyline without the points that a chord within `tolerance` can replace, and without repeated ones. The first

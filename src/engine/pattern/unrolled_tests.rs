@@ -38,7 +38,9 @@ fn drawn(surface: &Surface, loops: Vec<TrimLoop>, [m, n]: [usize; 2], tolerance:
         holds: &[],
         curve_tolerance_mm: Some(tolerance),
     };
-    draw(&input, &Unobserved).unwrap()
+    let mut drawn = draw(&input, &Unobserved).unwrap();
+    drawn.finish(&super::Finishing::default(), &Unobserved).unwrap();
+    drawn
 }
 
 #[test]

@@ -306,7 +306,7 @@ fn flatten(
         curve_tolerance_mm: Some(meshed.curve_tolerance),
     };
     let mut drawn = pattern::draw(&input, observer)?;
-    drawn.finish(&options.finishing());
+    drawn.finish(&options.finishing(), observer)?;
     drop(locator);
     let flat = drawn.transform.apply(&laid.flat);
     observer.check()?;

@@ -194,7 +194,7 @@ fn flatten(
         };
         drawn.pattern.seams = seams(&faces.sewn.runs, &on);
     }
-    drawn.finish(&options.finishing());
+    drawn.finish(&options.finishing(), observer)?;
     let flat = drawn.transform.apply(&laid.flat);
     observer.check()?;
     let measures = distortion::measure(mesh, topology, &flat, None, options.thresholds);

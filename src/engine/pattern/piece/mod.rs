@@ -1,5 +1,5 @@
 //! What is done to the pieces of a drawn pattern before they are reported and written: they are compensated for what the
-//! material will do ([`Compensation`]) and given their mirror images ([`Pair`]), in this order.
+//! material will do ([`Compensation`]) and, once curves are fitted, given their mirror images ([`Pair`]).
 //!
 //! All of it works in the plane of the pattern, in millimetres, and on everything that a piece carries: outline, holes,
 //! sew line, grain, marks, and the sides of seams. Nothing of it changes the flattening or what is measured of it.
@@ -34,14 +34,25 @@ pub struct Finishing {
     pub pair: Option<Pair>,
 }
 
-/// Compensates the pieces, then pairs them, as far as either is asked for.
-pub(super) fn finish(pattern: &mut Pattern, asked: &Finishing) {
+/// What is done to the pieces before curves are fitted through their samples.
+pub(super) fn change(pattern: &mut Pattern, asked: &Finishing) {
     if let Some(compensation) = asked.compensation {
         compensation::apply(pattern, compensation);
     }
+}
+
+/// What is done to them, and to their curves, after that.
+pub(super) fn second(pattern: &mut Pattern, asked: &Finishing) {
     if asked.pair == Some(Pair::Mirror) {
         pair::mirror(pattern);
     }
+}
+
+/// All that is asked for, without curves.
+#[cfg(test)]
+fn finish(pattern: &mut Pattern, asked: &Finishing) {
+    change(pattern, asked);
+    second(pattern, asked);
 }
 
 /// The least and the greatest coordinates of an outline; infinite without points.

@@ -78,7 +78,9 @@ impl Part {
             holds: &[],
             curve_tolerance_mm: self.tolerance,
         };
-        draw(&input, observer)
+        let mut drawn = draw(&input, observer)?;
+        drawn.finish(&Finishing::default(), observer)?;
+        Ok(drawn)
     }
 
     fn try_draw(&self) -> Result<Drawn, EngineError> {
@@ -486,7 +488,7 @@ fn every_real_face_is_drawn_through_a_known_map_of_its_domain() {
         let region = trims.polygonise(surface, 1e-5 * size).expect("loops that do");
         let part = part_of(&lifted, &region);
         let (topology, locator) = (Topology::new(&lifted.mesh).expect("a mesh"), locator(&lifted));
-        let drawn = draw(
+        let mut drawn = draw(
             &DrawInput {
                 surface,
                 side: face.side,
@@ -504,6 +506,7 @@ fn every_real_face_is_drawn_through_a_known_map_of_its_domain() {
             &Unobserved,
         )
         .unwrap_or_else(|e| panic!("{name}: {e}"));
+        drawn.finish(&Finishing::default(), &Unobserved).expect("nobody cancels");
         let outer = region.loops.iter().filter(|l| l.depth % 2 == 0).count();
         assert_eq!(drawn.pattern.pieces.len(), outer, "{name}");
         assert_eq!(drawn.report.holes as usize, region.loops.len() - outer, "{name}");
