@@ -56,16 +56,17 @@ fn real_patterns_take_few_entities_and_stay_within_the_tolerance() {
             ratios.push(entities as f64 / spans as f64);
         }
         // Another mesh is another map: what was drawn of it is no reference.
-        let off = (fitted.flat == reference.flat).then(|| deviations(&fitted, &reference).map(|d| d / diagonal));
-        println!("{name}: {spans} spans, {entities:?} entities, off by {off:.1e?} of the diagonal");
-        apart.extend(off.into_iter().flatten());
+        let off = (fitted.flat == reference.flat).then(|| deviations(&fitted, &reference).map(|d| 1e4 * d / diagonal));
+        println!("{name}: {spans} spans, {entities:?} entities, off by {off:.2?} ten-thousandths of the diagonal");
+        apart.extend(off.into_iter().flatten().map(|d| 1e-4 * d));
     }
     let medians = ratios.map(|mut of| {
         of.sort_by(f64::total_cmp);
         (of[of.len() / 2], of.len())
     });
     let worst = apart.iter().copied().fold(0.0, f64::max);
-    println!("entities a span in the median, patterns: arcs {:?}, spline {:?}; {} fits held against the mapped curve, off by {worst:.2e} at the most", medians[0], medians[1], apart.len());
+    println!("entities a span in the median, and patterns: arcs {:?}, spline {:?}", medians[0], medians[1]);
+    println!("{} fits held against the mapped curve: off by {worst:.2e} of the diagonal at the most", apart.len());
     assert!(medians.iter().all(|m| m.0 <= MOST && m.1 > 40) && apart.len() > 40, "{medians:?} {}", apart.len());
     // The polyline that stands for the mapped curve leaves it by its own tolerance.
     assert!(worst <= TOLERANCE + REFERENCE, "{worst}");

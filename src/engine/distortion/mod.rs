@@ -19,9 +19,9 @@ pub use limits::{LimitCheck, Limits, Thresholds, Verdict, VerdictResult};
 pub use measure::measure;
 pub use overlap::{BorderPlace, Overlap, Overlaps, overlaps};
 pub use report::{
-    AspectRatio, BoundaryReport, CurvesReport, DevelopableReport, DistortionMeasures, DistortionReport, FlatteningReport, FormReport,
-    InjectiveReport, OverlapReport, OverlapSide, PatternReport, PinReport, PlacementReport, Report, SeedSearchReport,
-    SolverReport, StrainPlace, StrainReport, TriangulationReport,
+    AspectRatio, BoundaryReport, CurvesReport, DevelopableReport, DistortionMeasures, DistortionReport,
+    FlatteningReport, FormReport, InjectiveReport, OverlapReport, OverlapSide, PatternReport, PinReport,
+    PlacementReport, Report, SeedSearchReport, SolverReport, StrainPlace, StrainReport, TriangulationReport,
 };
 pub use strain::{TriangleStrain, strains};
 pub use verdict::verdict;

@@ -28,7 +28,7 @@ pub use locator::{Located, Locator};
 pub use of_mesh::{MeshDrawInput, draw_mesh};
 pub use part::triangles_of_part;
 pub use piece::{Compensation, Finishing, GREATEST_COMPENSATION, Pair};
-pub use settle::CurveTolerances;
 pub use placement::{Align, Hold, Motion, Placement, Transform, View, mirrored};
+pub use settle::CurveTolerances;
 
 pub use content::{Contour, Curves, Fit, Fits, Grain, Mark, MarkKind, Pattern, Piece, Seam, SeamSide, Segment, Sense};

@@ -4,8 +4,8 @@ use glam::DVec2;
 
 use super::arc::{Arc, biarc};
 use super::clean::MICRO;
-use super::reach::{farthest, is_noise, line};
 use super::joined::{Joined, Joint};
+use super::reach::{farthest, is_noise, line};
 use super::{Run, TANGENT, angle};
 
 /// A single arc is taken for two when it reaches this part of the way that two reach.

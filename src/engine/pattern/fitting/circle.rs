@@ -18,7 +18,8 @@ pub(super) fn fit(clean: &Clean) -> Option<Fit> {
     for w in clean.points().windows(2) {
         let out = [w[0] - centre, w[1] - centre];
         worst = worst.max((out[0].length() - radius).abs());
-        let middle = centre + (out[0].normalize_or(DVec2::X) + out[1].normalize_or(DVec2::X)).normalize_or(DVec2::X) * radius;
+        let middle =
+            centre + (out[0].normalize_or(DVec2::X) + out[1].normalize_or(DVec2::X)).normalize_or(DVec2::X) * radius;
         worst = worst.max(distance_to_segment(middle, w[0], w[1]));
         if worst.is_nan() || worst > clean.tolerance {
             return None;

@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-use super::run::{Run, Store};
 use super::reach::farthest;
+use super::run::{Run, Store};
 use super::{FINEST, OF_SIZE, SAMPLED, angle, distance_to_segment};
 
 /// Samples nearer to each other than this part of the tolerance are one: no edge of a fit is shorter.
@@ -87,7 +87,8 @@ impl Clean {
                 continue;
             }
             // The samples up to the next corners on both sides; a closed curve has its first point at both ends.
-            let previous = if k == 0 { flagged[flagged.len() - 2] } else { flagged.get(n.wrapping_sub(1)).copied().unwrap_or(0) };
+            let previous =
+                if k == 0 { flagged[flagged.len() - 2] } else { flagged.get(n.wrapping_sub(1)).copied().unwrap_or(0) };
             let next = if k == last { flagged[1] } else { flagged.get(n + 1).copied().unwrap_or(last) };
             let (before, after) = if ends { ([previous, last], [0, next]) } else { ([previous, k], [k, next]) };
             let run = |[from, to]: [usize; 2]| Run::new(&self.store, from, to, false, self.tolerance);

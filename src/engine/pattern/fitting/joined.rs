@@ -33,14 +33,15 @@ pub(super) struct Joined {
 impl Joined {
     /// Lines where a run is straight by itself, and `between` them, or from end to end, what that makes of the samples with the directions
     /// that it must leave and arrive in.
-    pub(super) fn around(
-        run: &Run<'_>,
-        between: fn(&Run<'_>, [usize; 2], [Option<DVec2>; 2], &mut Self),
-    ) -> Self {
+    pub(super) fn around(run: &Run<'_>, between: fn(&Run<'_>, [usize; 2], [Option<DVec2>; 2], &mut Self)) -> Self {
         let mut joined = Self::default();
         let (points, last) = (run.points(), run.last());
         if line(run, 0, last, last) == last {
-            joined.joints.push(Joint { segment: Segment::Line { to: points[last] }, corner: false, sample: Some(last) });
+            joined.joints.push(Joint {
+                segment: Segment::Line { to: points[last] },
+                corner: false,
+                sample: Some(last),
+            });
         } else {
             let lines = stretches(run);
             let direction = |[from, to]: [usize; 2]| (points[to] - points[from]).try_normalize();

@@ -44,7 +44,13 @@ pub(super) struct Run<'a> {
 
 impl<'a> Run<'a> {
     pub(super) fn new(store: &'a Store, from: usize, to: usize, smooth: bool, tolerance: f64) -> Self {
-        Self { points: &store.points[from..=to], lengths: &store.lengths[from..=to], smooth, tolerance, asked: tolerance }
+        Self {
+            points: &store.points[from..=to],
+            lengths: &store.lengths[from..=to],
+            smooth,
+            tolerance,
+            asked: tolerance,
+        }
     }
 
     /// The same with a part of the tolerance asked of what is looked for.
@@ -143,9 +149,7 @@ impl<'a> Run<'a> {
             count <= most
                 && [1, 2, 3].iter().all(|q| {
                     let inner = self.step(k, (q * count) / 4, ahead);
-                    inner.is_some_and(|p| {
-                        super::distance_to_segment(p, self.points[k], end) <= BENT * self.tolerance
-                    })
+                    inner.is_some_and(|p| super::distance_to_segment(p, self.points[k], end) <= BENT * self.tolerance)
                 })
         };
         if self.step(k, 1, ahead).is_none() {

@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 
+use super::Run;
 use super::cubic::Cubic;
 use super::joined::{Joined, Joint};
 use super::reach::{farthest, is_noise, line};
-use super::Run;
 use crate::engine::pattern::Segment;
 
 /// Points of a cubic that are measured between two samples while cubics are looked for.

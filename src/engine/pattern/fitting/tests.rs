@@ -56,7 +56,9 @@ impl Shape {
         for fit in &both {
             self.check(fit);
         }
-        let allowed = |s: &Segment, spline: bool| !matches!((s, spline), (Segment::Cubic { .. }, false) | (Segment::Arc { .. }, true));
+        let allowed = |s: &Segment, spline: bool| {
+            !matches!((s, spline), (Segment::Cubic { .. }, false) | (Segment::Arc { .. }, true))
+        };
         assert!(both[0].segments.iter().all(|s| allowed(s, false)));
         assert!(both[1].circle.is_some() || both[1].segments.iter().all(|s| allowed(s, true)));
         both
@@ -156,9 +158,10 @@ fn apart(fit: &Fit, samples: &[DVec2], closed: bool) -> f64 {
     let to_fit = |p: DVec2| {
         let nearest = dense.iter().map(|d| d.2.distance(p)).fold(f64::INFINITY, f64::min);
         // All stretches between places that may come nearer than the nearest place.
-        let near = dense.windows(2).map(|w| [w[0], w[1]]).filter(|[a, b]| {
-            0.5 * (a.2.distance(p) + b.2.distance(p)) - 0.6 * a.2.distance(b.2) <= nearest
-        });
+        let near = dense
+            .windows(2)
+            .map(|w| [w[0], w[1]])
+            .filter(|[a, b]| 0.5 * (a.2.distance(p) + b.2.distance(p)) - 0.6 * a.2.distance(b.2) <= nearest);
         let within = near.filter(|[a, b]| a.0 == b.0 && a.1 < b.1).map(|[(n, k, _), _]| {
             let (start, segment) = &segments[n];
             let (mut low, mut high) = (share(k), share(k + 1));
@@ -197,7 +200,8 @@ fn a_polygon_is_its_lines() {
 
 #[test]
 fn points_within_a_side_go_and_those_too_near_to_be_told_apart() {
-    let mut shape = polygon(&[[0.0, 0.0], [10.0, 0.0], [20.0, 0.001], [40.0, 0.0], [40.0, 20.0], [39.9995, 20.001], [0.0, 20.0]]);
+    let mut shape =
+        polygon(&[[0.0, 0.0], [10.0, 0.0], [20.0, 0.001], [40.0, 0.0], [40.0, 20.0], [39.9995, 20.001], [0.0, 20.0]]);
     (shape.corners[1], shape.corners[2]) = (false, false);
     for fit in shape.checked() {
         assert_eq!(fit.segments.len(), 4, "{fit:?}");

@@ -207,7 +207,7 @@ fn the_chosen_direction_points_where_it_is_told() {
         // The foot of the F runs along u.
         assert!((points[1] - points[0]).normalize().distance(expected) < 1e-12, "{align:?} to {to_deg}");
         let low = points.iter().fold(DVec2::INFINITY, |m, p| m.min(*p));
-        assert_eq!(low, DVec2::ZERO);
+        assert!(low.length() < 1e-13, "{low}");
     }
 }
 
