@@ -13,7 +13,7 @@ use super::jobs::{Failure, MAX_JOB_BYTES, Part, Submission, document, faulty, su
 use super::parameters::{self, JobRequest};
 use super::problem::{Kind, Problem};
 use super::request::{Media, Parts, Query, Received, Wait, key, parts, receive};
-use super::results::{ResultKind, answer};
+use super::results::{Choice, ResultKind, answer};
 use super::surfaces::{self, Reading, SurfaceFaults};
 use crate::engine::job::JobKind;
 use crate::formats::faults::Fault;
@@ -32,7 +32,8 @@ pub(super) async fn flatten(
     body: Body,
 ) -> Result<Response, Problem> {
     app.admit()?;
-    query.only(&["format", "set", "units", "side", "weld", "wait"])?;
+    query.only(&["format", "set", "units", "side", "weld", "wait", "allow"])?;
+    let choice = Choice::read(&query)?;
     let form = form(&query, &headers)?;
     let wait = Wait::of(&query, &headers)?;
     let reading = Reading::of(&query)?;
@@ -61,7 +62,10 @@ pub(super) async fn flatten(
     let mut response = match job.state {
         JobState::Succeeded => {
             let standing = app.store().standing(id).await?.ok_or_else(super::jobs::absent)?;
-            answer(&app, &standing, &codings, ResultKind::Pattern, form).await?
+            // Refused, the answer still names the job.
+            answer(&app, &standing, &codings, ResultKind::Pattern, form, choice)
+                .await
+                .unwrap_or_else(IntoResponse::into_response)
         }
         JobState::Failed => failed(&job).into_response(),
         JobState::Cancelled => {
@@ -162,7 +166,7 @@ impl Sent {
     /// What makes this request another one than the next: surface, job and settings, not how the answer is to look.
     fn digest(&self, query: &Query) -> Digest {
         let job = self.job.as_ref().map_or(&b""[..], |job| job);
-        let settings = query.in_order_without(&["format", "wait"]);
+        let settings = query.in_order_without(&["format", "wait", "allow"]);
         Digest::of(format!("{} {} {settings}", Digest::of(&self.surface), Digest::of(job)).as_bytes())
     }
 

@@ -156,16 +156,23 @@ fn write(folder: &Path, outcome: &Outcome, labels: &Labels) -> anyhow::Result<St
     let mut stored = vec![(ResultKind::Report, Bytes::from(report)), (ResultKind::Mesh, Bytes::from(mesh))];
     stored.extend(outcome.pattern.as_ref().map(|pattern| (ResultKind::Pattern, Bytes::from(encode_pattern(pattern)))));
     stored.extend(outcome.seeds.as_ref().map(|found| (ResultKind::Seeds, Bytes::from(seeds::encode(found)))));
+    // Whoever runs the program sees its exit code; the drawings say it too.
+    let verdict = outcome.report.verdict.as_ref().and_then(|verdict| word(verdict.result));
     let mut files = Vec::new();
     for kind in ResultKind::ALL {
         for form in kind.forms() {
             let name = kind.stored_as(*form);
             let Some((_, bytes)) = stored.iter().find(|(kind, _)| kind.name() == name) else { continue };
-            let source = Source { kind, bytes: bytes.clone(), labels: labels.clone() };
+            let source = Source { kind, bytes: bytes.clone(), labels: labels.clone(), verdict: verdict.clone() };
             files.extend(write_form(folder, &source, *form)?);
         }
     }
     Ok(format!("{}: {}", folder.display(), files.join(", ")))
+}
+
+/// The verdict's word, as the service stores it.
+fn word(result: VerdictResult) -> Option<String> {
+    serde_json::to_value(result).ok()?.as_str().map(str::to_owned)
 }
 
 /// Writes a form; none, and a word on standard error, where the form cannot hold so much.

@@ -31,6 +31,8 @@ pub struct EndedJob {
     pub labels: BTreeMap<String, String>,
     /// Why it failed.
     pub problem: Option<Value>,
+    /// The verdict on its pattern.
+    pub verdict: Option<String>,
     /// What it stored, by name.
     pub results: Vec<StoredResult>,
 }
@@ -82,8 +84,8 @@ impl Store {
             return Ok(Some(Standing::Open(job.state)));
         }
         let results = self.results(id).await?;
-        let Job { id, kind, state, labels, problem, .. } = job;
-        let ended = Arc::new(EndedJob { id, kind, state, labels, problem, results });
+        let Job { id, kind, state, labels, problem, verdict, .. } = job;
+        let ended = Arc::new(EndedJob { id, kind, state, labels, problem, verdict, results });
         // Refused when the job was removed meanwhile: then only this one answer has seen it.
         let _ = place.insert(ended.clone());
         Ok(Some(Standing::Ended(ended)))

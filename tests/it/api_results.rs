@@ -292,3 +292,46 @@ async fn a_pattern_beyond_what_plotters_count_has_no_hpgl_and_says_so() {
     assert!(answer["detail"].as_str().unwrap().contains("plotter units"), "{answer}");
     live.post("/v1/flatten?format=dxf&wait=30", &plate).await.expect(200);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_failed_is_cut_by_only_where_that_is_allowed_and_says_so() {
+    let live = engine().await;
+    let surface = live.surface(&bowl()).await;
+    let job = json!({
+        "kind": "flatten", "surface": surface, "triangulation": { "grid": [9, 9] },
+        "flattening": { "seed": "centre" }, "limits": { "stretch_percent": 0 }
+    });
+    let job = live.job(&job).await;
+    assert_eq!(live.ended(&job).await["verdict"], "fail");
+    let failed = format!("/v1/jobs/{job}");
+    for form in ["dxf", "svg", "plt"] {
+        let refused = live.get(&format!("{failed}/pattern.{form}")).await.expect(409).problem("pattern-rejected");
+        assert!(refused["detail"].as_str().unwrap().contains("?allow=fail"), "{refused}");
+        let given = live.get(&format!("{failed}/pattern.{form}?allow=fail")).await.expect(200);
+        assert!(given.text().contains("REJECTED"), "{form}");
+        live.get(&format!("{failed}/pattern.{form}")).await.expect(409);
+        let wrong = live.get(&format!("{failed}/pattern.{form}?allow=all")).await.expect(400).problem("bad-request");
+        assert!(wrong["detail"].as_str().unwrap().contains("`allow` must be fail"), "{wrong}");
+    }
+    live.get(&format!("{failed}/pattern")).await.expect(409).problem("pattern-rejected");
+    for form in ["pattern.json", "report.json", "mesh.glb", "pattern.json?allow=fail"] {
+        live.get(&format!("{failed}/{form}")).await.expect(200);
+    }
+    live.get(&format!("{failed}/report.json?allow=fail")).await.expect(400).problem("bad-request");
+    let found = live.get("/v1/feed?verdict=fail").await.expect(200).json();
+    assert_eq!(found["items"].as_array().unwrap().len(), 1);
+
+    let passed = flattened(&live).await;
+    let plain = live.get(&format!("{passed}/pattern.dxf")).await.expect(200);
+    let allowed = live.get(&format!("{passed}/pattern.dxf?allow=fail")).await.expect(200);
+    assert_eq!(plain.header("etag"), allowed.header("etag"));
+    assert!(plain.body == allowed.body && !plain.text().contains("REJECTED"));
+
+    let body = json!({ "surface": bowl(), "job": { "triangulation": { "grid": [9, 9] }, "flattening": { "seed": "centre" }, "limits": { "stretch_percent": 0 } } });
+    let refused = live.post("/v1/flatten?format=svg", &body).await.expect(409);
+    assert_eq!(refused.header("planish-verdict"), Some("fail"));
+    assert!(refused.header("planish-job").is_some());
+    refused.problem("pattern-rejected");
+    let given = live.post("/v1/flatten?format=svg&allow=fail", &body).await.expect(200);
+    assert!(given.text().contains("REJECTED"));
+}

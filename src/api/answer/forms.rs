@@ -61,6 +61,12 @@ impl Form {
         }
     }
 
+    /// Whether machines cut, or people trace, by it: a drawing of a pattern.
+    #[must_use]
+    pub const fn is_cut_by(self) -> bool {
+        matches!(self, Self::Svg | Self::Dxf | Self::Plt)
+    }
+
     /// The form with this suffix.
     #[must_use]
     pub fn by_suffix(suffix: &str, offered: &[Self]) -> Option<Self> {

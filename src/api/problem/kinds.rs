@@ -72,6 +72,9 @@ kinds! {
          cancel it first.";
     JobCancelled: "job-cancelled", CONFLICT, "The job was cancelled",
         "Somebody cancelled the job before it ended, so there is no result.";
+    PatternRejected: "pattern-rejected", CONFLICT, "The pattern is not fit to be cut",
+        "The verdict on the pattern is `fail`: a limit of the job is not kept, or the pattern lies on itself. Files to cut by are \
+         given only with `?allow=fail`, and then say REJECTED; `pattern.json` and the report can be read without.";
     BodyTooLarge: "body-too-large", PAYLOAD_TOO_LARGE, "The body is too large",
         "The request body is longer than this service takes. `detail` gives the limit, which the operator sets.";
     UnsupportedMediaType: "unsupported-media-type", UNSUPPORTED_MEDIA_TYPE, "The body has a type that is not read here",

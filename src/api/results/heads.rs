@@ -8,8 +8,8 @@ use std::sync::Arc;
 use axum::http::{HeaderMap, HeaderValue, header};
 use quick_cache::sync::Cache;
 
-use super::ResultKind;
 use super::rendering::tag;
+use super::{Choice, ResultKind};
 use crate::api::answer::{Coding, Form, Tag, disposition};
 use crate::api::surfaces::NAME;
 use crate::store::{EndedJob, JobId};
@@ -26,8 +26,8 @@ pub(super) struct Head {
 }
 
 impl Head {
-    fn new(job: &EndedJob, kind: ResultKind, form: Form) -> Option<Self> {
-        let tag = tag(job.result(kind.stored_as(form))?.digest, kind, form, &job.labels);
+    fn new(job: &EndedJob, kind: ResultKind, form: Form, choice: &Choice) -> Option<Self> {
+        let tag = tag(job.result(kind.stored_as(form))?.digest, kind, form, choice, job);
         let stem = job.labels.get("part_number").or_else(|| job.labels.get(NAME)).map_or("", String::as_str);
         // A browser shows what it can show; what is made for other programs is saved.
         let inline = matches!(form, Form::Svg | Form::Json);
@@ -54,7 +54,7 @@ impl Head {
 
 /// The heads that are kept.
 #[derive(Debug)]
-pub(crate) struct Heads(Cache<(JobId, ResultKind, Form), Arc<Head>>);
+pub(crate) struct Heads(Cache<(JobId, ResultKind, Form, Choice), Arc<Head>>);
 
 impl Heads {
     pub(crate) fn new() -> Self {
@@ -62,12 +62,12 @@ impl Heads {
     }
 
     /// The head of a form of a job's result. `None`: the job has no such result.
-    pub(super) fn of(&self, job: &EndedJob, kind: ResultKind, form: Form) -> Option<Arc<Head>> {
-        let name = (job.id, kind, form);
+    pub(super) fn of(&self, job: &EndedJob, kind: ResultKind, form: Form, choice: &Choice) -> Option<Arc<Head>> {
+        let name = (job.id, kind, form, choice.clone());
         if let Some(kept) = self.0.get(&name) {
             return Some(kept);
         }
-        let head = Arc::new(Head::new(job, kind, form)?);
+        let head = Arc::new(Head::new(job, kind, form, choice)?);
         self.0.insert(name, head.clone());
         Some(head)
     }

@@ -1,11 +1,13 @@
 //! Results: what came out of a job, in the form that is asked for.
 
+mod choice;
 mod heads;
 mod kinds;
 mod rendering;
 mod renderings;
 mod show;
 
+pub(crate) use choice::Choice;
 pub(crate) use heads::Heads;
 pub use kinds::ResultKind;
 pub use rendering::{Source, render};

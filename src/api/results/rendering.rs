@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use axum::body::Bytes;
 
-use super::ResultKind;
+use super::choice::FAIL;
+use super::{Choice, ResultKind};
 use crate::api::answer::{Form, Tag};
 use crate::api::problem::{Kind, Problem};
 use crate::api::surfaces::NAME;
@@ -15,7 +16,7 @@ use crate::formats::{
     TitleBlock, WriteError, dxf, file_stem, glb, hpgl, mesh_json, obj, pattern_json, ply, stl, svg, triangles_csv,
     vertices_csv,
 };
-use crate::store::Digest;
+use crate::store::{Digest, EndedJob};
 
 /// What a form is written from.
 #[derive(Debug, Clone)]
@@ -26,15 +27,18 @@ pub struct Source {
     pub bytes: Bytes,
     /// The job's labels: they stand in the title block.
     pub labels: Labels,
+    /// The job's verdict, where it has one: `pass`, `fail` or `unchecked`. A drawing that failed says so.
+    pub verdict: Option<String>,
 }
 
 /// The tag of a form: of everything that its bytes are made of.
 #[must_use]
-pub(super) fn tag(digest: Digest, kind: ResultKind, form: Form, labels: &Labels) -> Tag {
+pub(super) fn tag(digest: Digest, kind: ResultKind, form: Form, choice: &Choice, job: &EndedJob) -> Tag {
     // Several results are written from one that is stored: the digest alone does not tell which.
     let (version, named) = (env!("CARGO_PKG_VERSION").as_bytes(), [kind.name().as_bytes(), form.suffix().as_bytes()]);
-    let mut parts: Vec<&[u8]> = vec![version, digest.bytes(), named[0], named[1]];
-    for (key, value) in labels {
+    let said = [choice.canonical().as_bytes(), job.verdict.as_deref().unwrap_or_default().as_bytes()];
+    let mut parts: Vec<&[u8]> = vec![version, digest.bytes(), named[0], named[1], said[0], said[1]];
+    for (key, value) in &job.labels {
         parts.push(key.as_bytes());
         parts.push(value.as_bytes());
     }
@@ -118,7 +122,7 @@ fn written(source: &Source, form: Form) -> Result<Bytes, Unwritten> {
             let pattern = decode_pattern(&source.bytes)?;
             let mut others: BTreeMap<String, String> = source.labels.clone();
             others.remove(NAME);
-            let title = TitleBlock::new(name, &others);
+            let title = TitleBlock::new(name, &others).rejecting(source.verdict.as_deref() == Some(FAIL));
             match form {
                 Form::Dxf => dxf::write(&pattern, &title),
                 Form::Svg => svg::write(&pattern, &title),

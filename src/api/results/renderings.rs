@@ -118,7 +118,8 @@ async fn plain(app: &App, wanted: &Wanted) -> Result<Option<Rendered>, Problem> 
     };
     let name = wanted.kind.stored_as(wanted.form);
     let Some((_, bytes)) = app.store().result(wanted.job.id, name).await? else { return Ok(None) };
-    let source = Source { kind: wanted.kind, bytes, labels: wanted.job.labels.clone() };
+    let source =
+        Source { kind: wanted.kind, bytes, labels: wanted.job.labels.clone(), verdict: wanted.job.verdict.clone() };
     let form = wanted.form;
     let bytes = app.on_a_thread(move || render(&source, form)).await?;
     app.renderings().count();

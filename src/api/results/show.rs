@@ -5,8 +5,9 @@ use axum::extract::{Path, Request, State};
 use axum::http::HeaderMap;
 use axum::response::Response;
 
-use super::ResultKind;
+use super::choice::FAIL;
 use super::renderings::{Wanted, rendered};
+use super::{Choice, ResultKind};
 use crate::api::App;
 use crate::api::answer::{Coded, Coding, Form, choose};
 use crate::api::jobs::{Failure, absent, id_of};
@@ -24,11 +25,11 @@ macro_rules! handlers {
             query: Query,
             request: Request,
         ) -> Result<Response, Problem> {
-            query.only(&[])?;
+            let choice = Choice::of(&query, ResultKind::$kind)?;
             let form = None::<Form>$(.or(Some(Form::$form)))?;
             // The headers are moved out, not copied.
             let (parts, _) = request.into_parts();
-            show(&app, &id, &parts.headers, ResultKind::$kind, form).await
+            show(&app, &id, &parts.headers, ResultKind::$kind, form, choice).await
         })*
     };
 }
@@ -80,25 +81,28 @@ async fn show(
     headers: &HeaderMap,
     kind: ResultKind,
     form: Option<Form>,
+    choice: Choice,
 ) -> Result<Response, Problem> {
     let form = match form {
         Some(form) => form,
         None => choose(headers, kind.forms())?,
     };
     let standing = app.store().standing(id_of(id)?).await?.ok_or_else(absent)?;
-    answer(app, &standing, headers, kind, form).await
+    answer(app, &standing, headers, kind, form, choice).await
 }
 
 /// A result of a job in a form.
 ///
 /// # Errors
-/// 409 while there is none yet, or since the job was cancelled; 404 when the job has ended without it.
+/// 409 while there is none yet, since the job was cancelled, or for what is cut by where the verdict is `fail` and that was
+/// not allowed; 404 when the job has ended without it.
 pub(crate) async fn answer(
     app: &App,
     standing: &Standing,
     headers: &HeaderMap,
     kind: ResultKind,
     form: Form,
+    choice: Choice,
 ) -> Result<Response, Problem> {
     let job = match standing {
         Standing::Open(state) => {
@@ -113,7 +117,11 @@ pub(crate) async fn answer(
         }
         Standing::Ended(job) => job,
     };
-    let head = app.heads().of(job, kind, form).ok_or_else(|| none(job, kind))?;
+    let choice = choice.that_matters(form, job.verdict.as_deref());
+    if kind == ResultKind::Pattern && form.is_cut_by() && job.verdict.as_deref() == Some(FAIL) && !choice.allow_fail {
+        return Err(rejected(form));
+    }
+    let head = app.heads().of(job, kind, form, &choice).ok_or_else(|| none(job, kind))?;
     if let Some(answer) = head.tag.not_modified(headers) {
         return Ok(answer);
     }
@@ -124,6 +132,18 @@ pub(crate) async fn answer(
     // It is in the coding that was chosen, and its tag says so; the compression layer is to leave it so.
     response.extensions_mut().insert(Coded);
     Ok(response)
+}
+
+/// The pattern did not keep its limits: it is not given to a cutter by accident.
+fn rejected(form: Form) -> Problem {
+    let suffix = form.suffix();
+    Problem::new(
+        Kind::PatternRejected,
+        format!(
+            "The verdict on this pattern is fail, so its .{suffix} is not given out. The report tells which limits are not kept; \
+             pattern.json can be read as it is. Ask for the .{suffix} with ?allow=fail to have it all the same, marked REJECTED."
+        ),
+    )
 }
 
 /// The job has ended without this result.

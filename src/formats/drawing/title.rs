@@ -23,7 +23,11 @@ const LINE_SPACING: f64 = 1.6;
 pub struct TitleBlock {
     name: Option<String>,
     lines: Vec<String>,
+    rejected: bool,
 }
+
+/// What a drawing of a rejected pattern says.
+const REJECTED: &str = "REJECTED";
 
 impl TitleBlock {
     /// The part's name, then `key: value` for each label, then the units.
@@ -34,7 +38,17 @@ impl TitleBlock {
         lines.extend(labels.iter().map(|(key, value)| shortened(&one_line(&format!("{key}: {value}")))));
         lines.truncate(MAX_LINES - 1);
         lines.push("units: mm".to_owned());
-        Self { name: name.map(|n| shortened(&n)), lines }
+        Self { name: name.map(|n| shortened(&n)), lines, rejected: false }
+    }
+
+    /// The same for a drawing that is, or is not, to say that it is rejected.
+    #[must_use]
+    pub fn rejecting(mut self, rejected: bool) -> Self {
+        if rejected && !self.rejected {
+            self.lines.insert(0, REJECTED.to_owned());
+        }
+        self.rejected |= rejected;
+        self
     }
 
     /// The part's name, when it has one.
